@@ -1,5 +1,5 @@
 # What the program is made of, from the system's packages (setup.sh names them). What only a module needs is
-# looked for where that module is: where it is missing, the module is left out.
+# searched for where that module is: where it is missing, the module is left out.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP COMPONENTS CXX)
 find_package(Threads REQUIRED)

@@ -14,7 +14,7 @@ enum class SolveStatus {
     converged,    ///< error <= tolerance
     at_round_off, ///< error <= threshold: as good as numbers allow, which is less than was asked
                   ///< for
-    stagnated,    ///< ended at the error that the certificate says
+    stagnated,    ///< ended at the error that the certificate states
     infeasible,   ///< no reaction can prevent penetration: see Certificate::proof
     out_of_time   ///< max_seconds, or a stop from outside, before the threshold
 };
@@ -104,11 +104,11 @@ public:
     /// The same, and leaves ||F_i|| of each contact in residuals, n [N].
     double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                       Eigen::VectorXd& residuals) const;
-    /// The error to be told: where the round-off of u = W r + q, or of the map itself, may be more
-    /// than a tenth of it, or decide whether it is below the limit, both are formed anew in long
-    /// double. In doubles the map knows how far a slipping r is from its cone to the last digit of
-    /// r only, which is more than a tight tolerance where stiff contacts stand beside soft ones:
-    /// rho is that of the soft ones.
+    /// The error to be reported: where the round-off of u = W r + q, or of the map itself, may be
+    /// more than a tenth of it, or decide whether it is below the limit, both are formed anew in
+    /// long double. In doubles the map knows how far a slipping r is from its cone to the last
+    /// digit of r only, which is more than a tight tolerance where stiff contacts stand beside soft
+    /// ones: rho is that of the soft ones.
     /// @param u  W r + q; replaced where it is formed anew
     double certain(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
                    double limit) const
@@ -131,7 +131,7 @@ public:
     /// 0 where this exceeds 1e-3, or a reaction that runs away would excuse itself. O(rows^2).
     double floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The larger of a tolerance and the floor. The floor's product is spared where |W_ij| <=
-    /// sqrt(W_ii W_jj), which semidefinite W obey, tells that it is the smaller.
+    /// sqrt(W_ii W_jj), which semidefinite W obey, shows that it is the smaller.
     double threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
     /// ||F_i|| of one contact with the given rho [N].
     /// @param r, u  of this contact, as many numbers as it has rows

@@ -40,7 +40,7 @@ Squares squares(const Delassus::Sparse& W)
     const int* const row = W.innerIndexPtr();
     const double* const value = W.valuePtr();
     const auto columns = static_cast<int>(W.cols());
-    std::vector<int> next(start, start + columns); // of each column: what has not been met yet
+    std::vector<int> next(start, start + columns); // of each column: what has not been found yet
     Squares s;
     const auto add_alone = [&](double a) { s.difference += 2 * a * a; };
     for (int j = 0; j < columns; ++j) {

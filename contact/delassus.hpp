@@ -83,7 +83,7 @@ public:
                        Eigen::VectorXd& out) const;
     /// |W| r with r >= 0: the size of the terms in W r. A matrix-free W knows its terms only
     /// together: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W; one
-    /// of bodies says |G|^T |G| r.
+    /// of bodies states |G|^T |G| r.
     Eigen::VectorXd absolute_times(const Eigen::VectorXd& r) const;
     /// W^T r. A matrix-free W is taken as symmetric here.
     Eigen::VectorXd transpose_times(const Eigen::VectorXd& r) const;

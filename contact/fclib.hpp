@@ -26,7 +26,7 @@ struct FclibProblem {
     std::optional<GlobalProblem> global;
     std::optional<FclibSolution> solution;
     std::vector<FclibSolution> guesses;
-    /// What each contact is to those who wrote the file, per contact; empty if they did not say.
+    /// What each contact is to those who wrote the file, per contact; empty if they did not state.
     /// Ours: dataset /amontons/contact, so that steps can be matched.
     std::vector<std::int32_t> identity;
     bool says_level = false; ///< the level is the file's (/amontons/level); else velocities

@@ -25,7 +25,7 @@ struct GlobalProblem {
 constexpr double kMaxBodyAsymmetry = 1e-8;
 
 /// What makes the problem meaningless, but for whether M is positive definite: only its factor
-/// tells. Empty if nothing.
+/// reports. Empty if nothing.
 std::vector<Issue> issues(const GlobalProblem& problem);
 
 struct CondenseOptions {

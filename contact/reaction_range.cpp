@@ -23,7 +23,7 @@ namespace {
 constexpr int kDirections = 64;
 constexpr double kOptimal = 1e-7;      // of the largest c, what a unit of a variable gains
 constexpr double kSmallPivot = 1e-11;  // entries that do not block, of the largest
-constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test goes beyond
+constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test exceeds
 constexpr double kRelaxRay = 1e-12;    // of the rest
 constexpr int kCheck = 100;            // pivots
 constexpr double kInconsistent = 1e-3; // of bounds, that pivots have lost: all is made anew

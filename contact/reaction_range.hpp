@@ -12,7 +12,7 @@ namespace amontons {
 ///
 ///     lower <= K x <= upper,     x = (d, a),     r within its cones,
 ///
-/// a being motions that go with d. A convex set: what is linear in r lies in an interval, whose
+/// a being motions that follow d. A convex set: what is linear in r lies in an interval, whose
 /// ends a linear program finds (docs/theory/certificate.md).
 struct ReactionSet {
     /// A contact of one row (normal) or three (n, t1, t2), or a row whose reaction has any sign.

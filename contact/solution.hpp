@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// One look at the error on the way.
+/// One examine the error on the way.
 struct ErrorPoint {
     int iteration = 0;
     double seconds = 0;

@@ -32,8 +32,8 @@ namespace amontons {
 namespace {
 
 constexpr long kWarmUp = 20;     // ticks before faults are counted
-constexpr double kWatched = 1;   // how long the rate of steps is watched before it is told [s]
-constexpr double kSlow = 0.8;    // share of the steps asked for that is told
+constexpr double kWatched = 1;   // how long the rate of steps is watched before it is reported [s]
+constexpr double kSlow = 0.8;    // share of the steps asked for that is reported
 constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
 constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
 constexpr double kLetGo = SafetyOptions{}.ramp_down; // from any force to none at the end [s]
@@ -87,7 +87,7 @@ void flush_denormals()
         at[i] = 0;
 }
 
-/// By the kernel since it started, to make room for larger pieces; 0 where it does not tell.
+/// By the kernel since it started, to make room for larger pieces; 0 where it does not report.
 long pages_moved()
 {
     std::ifstream in("/proc/vmstat");
@@ -223,7 +223,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             run.preempted = after.ru_nivcsw - before.ru_nivcsw;
         }
         done = true;
-        if (!sent.force.isZero(0) || !sent.torque.isZero(0)) fade_out(loop, device, start, k, period);
+        if (!sent.force.isZero(0) || !sent.torque.isZero(0))
+            fade_out(loop, device, start, k, period);
     });
     std::thread bare;
     if (options.bare)
@@ -262,7 +263,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             const long n = ticked.exchange(0), over = overloaded.exchange(0);
             options.on_overload(n > 0 ? static_cast<double>(over) / static_cast<double>(n) : 0);
         }
-        if (stopped) continue; // the loop takes the force away, and says so
+        if (stopped) continue; // the loop takes the force away, and reports it
         const double begin = clock_now();
         ++run.steps;
         bool published_now = false;

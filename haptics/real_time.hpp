@@ -25,7 +25,7 @@ struct RealTimeOptions {
     std::function<void(double share)> on_overload;
     double budget = 0;
     /// Called in the simulation's thread where the loop's state is another than it was, and when
-    /// the run has ended: for the user, who is told while it lasts.
+    /// the run has ended: for the user, who is reported while it lasts.
     std::function<void(SafetyState state)> on_state;
     /// Called in the simulation's thread, once at most, where it makes fewer than 0.8 of the steps
     /// a second that operator_period asks for.
@@ -58,8 +58,8 @@ struct RealTimeRun {
 ///
 /// In the loop: no lock, no allocation, no page fault. The simulation never makes it wait, nor it
 /// the simulation. The first operator is made before the first tick. A simulation that throws later
-/// has stopped: the force is taken away, and the run goes on to its end without. When the run ends,
-/// or is ended, the last force goes to zero in 50 ms.
+/// has stopped: the force is taken away, and the run continues to its end without. When the run
+/// ends, or is ended, the last force tends to zero in 50 ms.
 template <class Real>
 RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_contacts,
                              const Publisher<Real>& publish, const RealTimeOptions& options);

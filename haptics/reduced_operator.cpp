@@ -6,7 +6,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kFarthestBack = 4; // of the bend at the first look
+constexpr double kFarthestBack = 4; // of the bend at the first sample
 
 template <class Real> constexpr int kPerLine = static_cast<int>(64 / sizeof(Real));
 

@@ -16,7 +16,7 @@ namespace amontons {
 constexpr int kMostLooks = 24; ///< ahead, on a way
 constexpr int kMostWays = 6;   ///< of an operator
 
-/// Where a displacement lies among a way's looks: between look - 1 (for 0: the pose itself) and
+/// Where a displacement lies among a way's looks: between sample - 1 (for 0: the pose itself) and
 /// look, with these weights.
 struct PathBlend {
     int look = 0;
@@ -24,7 +24,7 @@ struct PathBlend {
 };
 
 /// What q(d) and rest are beyond first order where the hand may go: with x the displacement and
-/// s = ahead . x, what they are at the looks, between them linear.
+/// s = ahead . x, what they are at the samples, between them linear.
 struct SampledPath {
     Vec6 ahead = Vec6::Zero();           ///< [1/m], [1/rad]
     bool backwards = false;              ///< s < 0 counts, too: as on a circle
@@ -106,7 +106,7 @@ template <class Real> struct ReducedOperator {
 template <class Real>
 bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::MatrixXd>& W);
 
-/// @param s  ahead . x [-]. Up to the first look the bend is that of a circle.
+/// @param s  ahead . x [-]. Up to the first sample the bend is that of a circle.
 PathBlend blend_of_samples(const SampledPath& way, double s);
 
 /// J of a point that a rigid handle carries: frame^T [1, -[arm]x].

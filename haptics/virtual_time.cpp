@@ -44,7 +44,7 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
             if (publish(buffer.back(), begun.handle, begun.time, ++sequence)) buffer.publish();
             if (static_cast<int>(steps.size()) > options.operator_latency) steps.pop_front();
         }
-        // The first is in time: with it the device is met. And so is one that was waited for.
+        // The first is in time: with it the device is found. And so is one that was waited for.
         if (late == 0 && !waited && options.late_share > 0 && uniform(rng) < options.late_share &&
             k > 0)
             late = options.late_ticks;

@@ -184,7 +184,7 @@ public:
 
     /// Calls visit(t, u), t < u, for all pairs of triangles whose boxes meet, until it returns
     /// false.
-    /// @return  how many pairs of boxes were looked at
+    /// @return  how many pairs of boxes were examined
     template <class Visit> std::int64_t for_each_pair(Visit visit) const
     {
         std::int64_t looked_at = 0;

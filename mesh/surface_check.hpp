@@ -43,7 +43,7 @@ struct SurfaceReport {
     bool closed() const { return triangles > 0 && boundaries.empty() && non_manifold.empty(); }
 };
 
-/// Looks for everything in SurfaceReport. 100 000 triangles in 0.5 s.
+/// Searches for everything in SurfaceReport. 100 000 triangles in 0.5 s.
 /// @param mesh  indices within its points (else std::logic_error), finite coordinates
 SurfaceReport check_surface(const SurfaceMesh& mesh);
 

@@ -47,12 +47,12 @@ struct VolumeReport {
     bool looks_like_millimetres() const;
 };
 
-/// Looks for everything in VolumeReport. O(n log n).
+/// Searches for everything in VolumeReport. O(n log n).
 /// @param mesh  indices within its nodes (else std::logic_error)
 VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& options = {});
 
 /// What no solver can work with: nodes that are not finite, collapsed, inverted and overlapping
-/// elements, edges and nodes where the surface meets itself, and then the nodes at one place that
+/// elements, edges and nodes where the surface touches itself, and then the nodes at one place that
 /// may be the reason. The first of each kind are named with the file's numbers and coordinates; the
 /// rest is counted.
 std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,

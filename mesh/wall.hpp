@@ -129,7 +129,7 @@ struct WallModel {
     }
 };
 
-/// The branch that holds x, in model.branches; -1 in the main vessel or in none. A branch goes on
+/// The branch that holds x, in model.branches; -1 in the main vessel or in none. A branch continues
 /// straight beyond its open end.
 int branch_number_at(const WallModel& model, const Vec3& x);
 /// Its name, or "".

@@ -41,7 +41,7 @@ ContactSolution judged(const ContactProblem& problem, const Eigen::VectorXd& r, 
                        ErrorScope scope = ErrorScope::all_rows);
 
 /// Has a problem solved, and judges the answer.
-/// @param warm_start  goes into the file as a guess; may be empty
+/// @param warm_start  enters the file as a guess; may be empty
 /// @throws NoOutsideAnswer, and InputError if no file can be written
 ContactSolution solve_outside(const OutsideSolver& solver, const ContactProblem& problem,
                               const SolverOptions& options, const Eigen::VectorXd& warm_start);

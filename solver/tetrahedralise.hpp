@@ -22,7 +22,7 @@ struct TetrahedraliseOptions {
     /// Elements follow features below the size down; otherwise those are an error.
     bool refine_small = false;
     bool close_holes = false; ///< otherwise holes are an error
-    /// > 0: what is left of the solid when walls, flaps and gaps thinner than this are gone and
+    /// > 0: what is left of the solid when walls, flaps and gaps thinner than this are lost and
     /// edges are rounded (RoundedSolid); the surface may pass through itself and fold back. No edge
     /// is kept then. 0: such surfaces are an error [m].
     double repair = 0;
@@ -52,8 +52,8 @@ double memory_limit(const TetrahedraliseOptions& options);
 /// @param surface  repaired here
 /// @param file     for messages
 /// @param notes    gets every repair, and what was refined; also before it throws
-/// @throws InputError  options out of range; a surface that is open, meets itself or has edges of
-///                     more than two triangles (repair: may meet itself); features below the size;
+/// @throws InputError  options out of range; a surface that is open, touches itself or has edges of
+///                     more than two triangles (repair: may touch itself); features below the size;
 ///                     more memory than allowed; no module; a surface that CGAL gives up, or whose
 ///                     mesh is not what was asked for
 /// @throws std::bad_alloc

@@ -191,7 +191,7 @@ void problem_to_file(const std::string& path, const SharedProblem& p, const py::
 /// Reactions by a function of Python: of (W, q, mu), and of the kinds where joints are among them.
 OutsideFunction solver_of(const py::function& function)
 {
-    // Let go with the GIL, on whatever thread the last simulation ends.
+    // Released with the GIL, on whatever thread the last simulation ends.
     const std::shared_ptr<py::function> held(new py::function(function), [](py::function* f) {
         const py::gil_scoped_acquire gil;
         delete f;
@@ -227,14 +227,14 @@ OutsideFunction solver_of(const py::function& function)
 void add_contact_problem(py::module_& module)
 {
     module.def("register_solver", [](const std::string& name, const py::object& function) {
-        if (name.empty())
-            throw InputError({{"register_solver", "name", "nothing", "a name"}});
+        if (name.empty()) throw InputError({{"register_solver", "name", "nothing", "a name"}});
         if (!function.is_none() && !py::isinstance<py::function>(function) &&
             !PyCallable_Check(function.ptr()))
             throw InputError({{"register_solver", "function", "what cannot be called",
                                "a function of (W, q, mu), or None"}});
-        register_outside_function(name, function.is_none() ? OutsideFunction{}
-                                                           : solver_of(function.cast<py::function>()));
+        register_outside_function(name, function.is_none()
+                                            ? OutsideFunction{}
+                                            : solver_of(function.cast<py::function>()));
     });
     py::class_<Problem, SharedProblem>(module, "Problem", py::module_local())
         .def(py::init(&make))

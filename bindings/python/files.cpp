@@ -76,7 +76,7 @@ public:
         options.resume = resume && !has_no_checkpoint_yet(folder);
         writer_ = std::make_unique<RunWriter>(s.scene()->scene, s.simulation(), options, full_);
     }
-    /// @return  false where nothing more can be written: finish() says why
+    /// @return  false where nothing more can be written: finish() gives the reason
     bool write(const StepRecord& record)
     {
         writer_->on_step(record);
@@ -101,7 +101,7 @@ private:
 };
 
 /// Steps to the end with files and callback. With the GIL.
-/// @return  what is said at the end, as a dict
+/// @return  what is reported at the end, as a dict
 py::dict run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::object& on_step,
              int every)
 {
@@ -116,7 +116,7 @@ py::dict run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::objec
     } running(*s);
 
     StepResult last;
-    std::exception_ptr raised; // by a signal or a callback: told when the files are whole
+    std::exception_ptr raised; // by a signal or a callback: reported when the files are whole
     bool stopped = false;
     int since = every;
     while (!stopped && !raised) {

@@ -26,7 +26,7 @@ py::object view_of(const Record& record)
     throw_python("SolveFailed", message, attributes);
 }
 
-/// Steps until `enough` says so, or the end. With the GIL.
+/// Steps until `enough` reports it, or the end. With the GIL.
 template <class Enough> py::object steps(const Owner& s, double not_beyond, Enough enough)
 {
     const Stepper::Use use(*s, Change);

@@ -7,7 +7,7 @@
 namespace amontons::python {
 namespace {
 
-constexpr double kLook = 0.05;  // s between looks for signals
+constexpr double kLook = 0.05;  // s between searches for signals
 constexpr double kShort = 0.02; // s; of the last step: the next one is not waited for
 
 } // namespace

@@ -33,7 +33,7 @@ public:
     /// is
     ///         that of the last accepted step
     StepResult step_aside(double not_beyond = std::numeric_limits<double>::infinity());
-    /// Looks for a signal now and then; between steps. Without the GIL.
+    /// Searches for a signal now and then; between steps. Without the GIL.
     void check_signals();
 
     /// From its beginning to its end only run() itself may step.

@@ -71,14 +71,14 @@ std::vector<CurvePlace> stations(const Curve& curve, double spacing);
 /// Appends contacts of a curve with a surface of gap <= reach: at its stations, and between them
 /// where the surface bulges into the curve and is curved more than twice as much (edges, small
 /// balls), or more than the curve if the contact is `known`. Of smooth walls stations are enough.
-/// @param known  ids that were met before, ascending
+/// @param known  ids that were found before, ascending
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out);
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
 /// touches itself where its arc between is longer than three radii.
-/// @param known  ids that were met before, ascending
+/// @param known  ids that were found before, ascending
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
                  std::span<const std::int64_t> known, std::vector<CurveContact>& out);
 
@@ -89,7 +89,7 @@ std::vector<std::int64_t> neighbours(std::int64_t id);
 /// Whether a contact of that id is of two curves that cross, and follows them.
 bool is_crossing(std::int64_t id);
 
-/// True if two curves (or one and itself: &a == &b) go through each other between `before` and
+/// True if two curves (or one and itself: &a == &b) pass through each other between `before` and
 /// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of
 /// the radii. Exact for chords of the pieces, within an eighth of the radii.
 bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, const Curve& b);

@@ -11,7 +11,7 @@ namespace amontons {
 /// A = L U for a matrix of 3 x 3 blocks, without exchanging blocks.
 ///
 /// For W + D with W semidefinite and D's blocks of positive definite symmetric part: every pivot
-/// is then regular. Other matrices may fail, or lose digits: look at the residual.
+/// is then regular. Other matrices may fail, or lose digits: examine the residual.
 /// The pattern is analysed once: minimum degree, then columns of equal or nearly equal pattern are
 /// joined to supernodes, which are dense panels; rows are exchanged only inside the diagonal block
 /// of one. A new factor with the same pattern allocates nothing of its own.

@@ -188,7 +188,7 @@ void touch_ellipsoid_polyhedron(const PairFrame& pair, const Ellipsoid& own,
         const double s = std::clamp(edge.along.dot(a.centre - from), 0.0, edge.length);
         if (!ends.convex || (from + s * edge.along - a.centre).norm() > far) continue;
         const double t = nearest_on_line(a, from, edge.along, 0, edge.length);
-        if (t <= 0 || t >= edge.length) continue; // its corners are looked at below
+        if (t <= 0 || t >= edge.length) continue; // its corners are examined below
         const Vec3 x = from + t * edge.along;
         RigidContact c = facing_contact(x, a.nearest(x), 0, Feature::edge, i);
         // Deep inside, the distance has a crease, where no normal is across the edge.
@@ -428,7 +428,7 @@ void touch(const PairFrame& pair, const Ellipsoid& own_a, const Ellipsoid& own_b
                 const Vec3 next = (n + tangent * change).normalized();
                 const Vec3 way_there = apart(next);
                 const double there = next.dot(way_there);
-                // At round-off of the distance the slope still tells.
+                // At round-off of the distance the slope still reports.
                 const double slack = 1e-14 * pair.size;
                 if (!(there > value + slack) &&
                     !(there > value - slack &&

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// What a contact's id says of one side: kind and number.
+/// What a contact's id states of one side: kind and number.
 enum class Feature : std::uint32_t { whole, vertex, edge, face, rim, spread, corner };
 
 constexpr std::uint64_t contact_id(Feature kind_a, std::size_t a, Feature kind_b, std::size_t b)
@@ -31,11 +31,11 @@ constexpr double kSamePlace = 1e-9;
 /// Corners and edges nearer than this part of the size have no direction of their own: normals
 /// come from the faces around them.
 constexpr double kTouching = 1e-6;
-/// Faces that lean by less are opposed: all their corners count. cos and sin of 30 degrees.
+/// Faces that are inclined by less are opposed: all their corners count. cos and sin of 30 degrees.
 constexpr double kOpposed = 0.86602540378443865, kLean = 0.5;
 /// Behind a normal, with round-off (cosine); edges that are more parallel do not cross (sine).
 constexpr double kStrict = 1e-9, kParallel = 1e-6;
-/// A face with `spread` that leans by less (sine) touches with its area.
+/// A face with `spread` that is inclined by less (sine) touches with its area.
 constexpr double kFlatOn = 1e-3;
 
 using RigidContacts = std::vector<RigidContact>;

@@ -19,7 +19,7 @@ Columns::Columns(const ContactProblem& problem) : problem_(problem), offset_(row
     start_.reserve(static_cast<std::size_t>(n) + 1);
     start_.push_back(0);
     Eigen::Index values = 0;
-    // The pattern first: most contacts couple by full blocks, whose first column tells it all, in
+    // The pattern first: most contacts couple by full blocks, whose first column shows it all, in
     // order.
     neighbour_.reserve(static_cast<std::size_t>(W.nonZeros() / 9 + n));
     for (int j = 0; j < n; ++j) {

@@ -10,8 +10,8 @@ namespace amontons {
 ///
 /// Dense W is used where it is; sparse W is copied into blocks, one for each pair of contacts
 /// that feel each other, four numbers a column: what a vector register holds. Of a W of
-/// bodies the columns of G are copied: what a contact does is told by the motions v = G r of its
-/// bodies. Refers to the problem. Matrix-free W has no columns.
+/// bodies the columns of G are copied: what a contact does is reported by the motions v = G r of
+/// its bodies. Refers to the problem. Matrix-free W has no columns.
 class Columns {
 public:
     /// Numbers from one column of a block of sparse W to the next.

@@ -88,7 +88,7 @@ bool stick_point(const LocalBlock& a, const Eigen::Vector2d& c, double size_of_c
 }
 
 /// The root of h between two signs. @param s  a guess, leaves as the root
-/// @returns false if there is no sign that tells of one
+/// @returns false if there is no sign that reports of one
 bool slip_by_bracket(const LocalBlock& a, double mu, double alone, double bn, double c1, double c2,
                      SlipPoint& p, double& s)
 {
@@ -102,7 +102,7 @@ bool slip_by_bracket(const LocalBlock& a, double mu, double alone, double bn, do
     double high = start + c_size * coupling / (mu * alone) * (1 + 4 * kEpsilon);
     if (!(high > low) || !std::isfinite(high)) return false;
     if (a.small <= 0) {
-        // No stick point tells the sign at the lower end: look next to it.
+        // No stick point reports the sign at the lower end: look next to it.
         const SlipPoint next_to_low =
             slip_at(a, k, bn, c1, c2, low + kEpsilon * (low + kEpsilon * high));
         if (!(next_to_low.h < 0)) return false;

@@ -21,13 +21,13 @@ constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
 constexpr double kHeldShift = 1e-4; ///< least one after a few contacts have not been solved apart
 constexpr double kFloor = 1e-12;    ///< always there: stick contacts of a singular W need it
-/// The same of bodies, whose network has many such: a lower one leaves reactions that nothing tells
+/// The same of bodies, whose network has many such: a lower one leaves reactions that nothing shows
 /// apart running past each other.
 constexpr double kFloorOfBodies = 1e-6;
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr double kWiden = 10;
 /// Full steps may lead where W is singular and nothing holds the reactions: when they are so many
-/// times what they were, and what W's diagonal would ask for. Larger ones would say less than 1e-9
+/// times what they were, and what W's diagonal would ask for. Larger ones would give less than 1e-9
 /// of the motion, and rounding would pass for a solution.
 constexpr double kRunAway = 1e4;
 

@@ -9,7 +9,7 @@ namespace amontons {
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
 /// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
 ///
-/// Reactions and motions come and go in their own units, F is dimensionless.
+/// Reactions and motions appear and disappear in their own units, F is dimensionless.
 class ScaledProblem {
 public:
     explicit ScaledProblem(const SolverWork& work); ///< refers to its problem, columns and scale

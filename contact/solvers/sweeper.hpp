@@ -12,7 +12,7 @@ namespace amontons {
 /// with the others held.
 ///
 /// u is kept up to date: a contact reads its own u_i, solves, and adds W(:, i) dr_i to u. A contact
-/// that does not change thus costs a look. The published form computes row i of W r for each
+/// that does not change thus costs an evaluation. The published form computes row i of W r for each
 /// contact, which costs the same whether anything changes or not.
 ///
 /// A dense W that leaves the cache is read in single precision: half of what a sweep waits for.

@@ -12,11 +12,11 @@
 // How far surfaces stand in each other: measured on the surfaces themselves, whatever contacts were
 // found between them.
 //
-// Two meshes overlap where a node of one is inside the other, or an edge of one goes in and out
+// Two meshes overlap where a node of one is inside the other, or an edge of one enters and out
 // again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
 // on a face. Faces T3 count as flat triangles, T6 as four through their middle nodes; what this
-// leaves out of a face that bends is h^2/32 times its curvature. Edges go in and out of Q4 by their
-// two triangles; how deep, the bent face itself says.
+// leaves out of a face that bends is h^2/32 times its curvature. Edges enter and out of Q4 by their
+// two triangles; how deep, the bent face itself states.
 
 namespace amontons {
 
@@ -51,7 +51,7 @@ public:
     /// Nothing where the nearest place is on a border: there the surface has no sides.
     /// @param hint  a triangle that is probably near, or -1; that of x on return
     std::optional<Foot> at(const Vec3& x, std::int32_t& hint) const;
-    /// Where the way from a to b goes through the surface, as shares of it, ascending.
+    /// Where the way from a to b passes through the surface, as shares of it, ascending.
     void crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const;
 
 private:

@@ -18,7 +18,7 @@ using Piece = SharpFeatures::Piece;
 constexpr double kLeadsAway = 0.1, kStillAway = -0.05;
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallelEdges = 0.05;
-/// An edge that leans by more against a face (sine) meets it with its lower node.
+/// An edge that is inclined by more against a face (sine) meets it with its lower node.
 constexpr double kSteepEdge = 0.7;
 /// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
 constexpr double kBeyondFace = 0.05;
@@ -114,7 +114,7 @@ bool points_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n, d
     return true;
 }
 
-/// Whether one of the faces around a sharp node looks at a face with normal n.
+/// Whether one of the faces around a sharp node is directed at a face with normal n.
 bool faces_towards(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 {
     const SharpFeatures& f = s.features;
@@ -161,11 +161,11 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
             smooth.emplace(other.surface, other.places);
         }
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
-        // Means say nothing of a corner of T6, however flat its faces lie: a block that rolls onto
-        // its side would bring it in at once, and deep.
+        // Means give no information of a corner of T6, however flat its faces lie: a block that
+        // rolls onto its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         const double by = bare ? kStillAway : away(id);
-        // A nearer face that one of its own faces looks at is met by that: see points_away below.
+        // A nearer face that one of its own faces examines is found by that: see points_away below.
         const NearestFace::Found met = faces->find(x, reach_, [&](const Facet& facet) {
             return points_away(own, i, facet.normal, by) || faces_towards(own, i, facet.normal);
         });

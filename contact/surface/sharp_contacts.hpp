@@ -8,7 +8,8 @@
 #include <numbers>
 
 // Contacts at sharp corners and edges, which integrals over faces do not see: the faces beside them
-// turn away from what is touched, and the mean gap over such a face says little of its corner's.
+// turn away from what is touched, and the mean gap over such a face gives little information of its
+// corner's.
 //
 // Corners and nodes of edges on faces, and edges across edges: with them surfaces of flat faces
 // meet in all the ways they can. All is as it is now, but for what is sharp: that is of the rest.
@@ -52,7 +53,7 @@ struct SharpSurface {
 /// a chain of edges those do not jump. Areas are 0. An id is of the node, or of the chain and what
 /// it crosses.
 /// @param reach  contacts are made where the gap, or the overlap, is no larger [m]
-/// @param known  ids, ascending, of contacts that an iteration has met already: those stay until
+/// @param known  ids, ascending, of contacts that an iteration has found already: those stay until
 ///               faces lean the other way, so that what a contact flattens does not end it at once
 /// @param bare_corners  whether the slave's sharp nodes that carry no multiplier (corners of T6)
 ///               are contacts however their faces lie

@@ -155,7 +155,7 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
         CHECK((p.W.block(row, 3) - W.block(row, row, 3, 3)).norm() < 1e-14 * size);
     const std::vector<Eigen::Index> chosen{3, 4, 5, 40, 80};
     CHECK((p.W.part(chosen) - W(chosen, chosen)).norm() < 1e-14 * size);
-    // A bound, and none that says nothing.
+    // A bound, and none that gives no information.
     const Eigen::VectorXd r = p.q.cwiseAbs(), bound = p.W.absolute_times(r);
     CHECK(((bound - W.cwiseAbs() * r).array() >= -1e-15).all());
     CHECK(bound.norm() < 5 * (W.cwiseAbs() * r).norm());
@@ -163,7 +163,7 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
     CHECK(issues(p).empty());
 }
 
-TEST_CASE("what is wrong with a W of bodies is said")
+TEST_CASE("what is wrong with a W of bodies is reported")
 {
     ContactProblem p = tower_of_bodies(2, 4, false);
     DelassusOfBodies W = p.W.of_bodies();

@@ -1,4 +1,4 @@
-// The least of the reactions that W does not tell apart.
+// The least of the reactions that W does not distinguish.
 
 #include "contact/least_norm.hpp"
 #include "contact/solve.hpp"

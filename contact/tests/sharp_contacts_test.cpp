@@ -171,7 +171,7 @@ TEST_CASE("faces on faces are left to integrals and what a contact has flattened
     }
 }
 
-TEST_CASE("a rim below a flat face does not meet the face's other sides")
+TEST_CASE("a rim below a flat face does not touch the face's other sides")
 {
     // Flush along y = 0.02, and overlapping a little as mean gaps allow.
     for (const ElementKind kind : kKinds) {

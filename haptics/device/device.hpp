@@ -27,7 +27,7 @@ struct DeviceSpec {
 
 /// The profiles that ship: touch, phantom-desktop, falcon, omega.3, catheter-2dof.
 std::span<const DeviceSpec> device_profiles();
-/// @throws InputError  if there is none of that name; says the names that there are
+/// @throws InputError  if there is none of that name; states the names that there are
 const DeviceSpec& device_profile(std::string_view name);
 
 /// A device, real or not. read and write are called from the loop: they return at once, allocate

@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
 constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
-constexpr double kMostRise = 5;  // of the error: contacts come and go, as those on an edge do
+constexpr double kMostRise =
+    5; // of the error: contacts appear and disappear, as those on an edge do
 
 bool is_of(const ContactLaw& law, const std::string& name)
 {
@@ -52,7 +53,7 @@ Scene with_driven_handle(Scene scene)
     }
     for (RigidInput& r : scene.rigids) {
         if (r.name != h.handle) continue;
-        // It gives way, on its spring: what "*" leaves out of two bodies that stand still is not
+        // It is compliant, on its spring: what "*" leaves out of two bodies that stand still is not
         // meant, and a law that names the pair stands for it.
         r.drive.given = false;
         for (const ContactLaw& law : written_out(scene))

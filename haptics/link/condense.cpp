@@ -96,7 +96,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     far.resize(std::min(far.size(), kMostFar));
     near.insert(near.end(), far.begin(), far.end());
     std::sort(near.begin(), near.end());
-    for (const ContactPair& p : pairs) // gaps beyond were not looked at
+    for (const ContactPair& p : pairs) // gaps beyond were not examined
         if ((p.a == handle || p.b == handle) && !p.small) out.reach = std::min(out.reach, p.reach);
     const std::vector<bool> tied = tied_bodies(system, handle, near, all);
     std::erase_if(near, [&](int c) { return !tied[std::size_t(all.contact[std::size_t(c)].a)]; });

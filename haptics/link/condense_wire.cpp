@@ -178,8 +178,8 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
 
 /// Springs at closed contacts, so that the wire is stable without them: along the normals; if that
 /// is not enough, across the way that it slips (friction's direction holds it there, on a ridge,
-/// say). What falls all the same is pulled back as a whole, as if it were slowed down: stiffer
-/// springs at contacts that are about to open would hold a wire that has let go.
+/// state). What falls all the same is pulled back as a whole, as if it were slowed down: stiffer
+/// springs at contacts that are about to open would hold a wire that has released.
 /// @param ahead  where the hand is going, as far as that is known
 /// @param way  that the operator is for [m]
 /// @param most  [N/m] that it may push the hand on by
@@ -300,7 +300,7 @@ CondensedSample find_bend(const Condensed& condensed, const LookaheadSample& ahe
     return look;
 }
 
-/// What the looks saw. A displacement is split into its parts along the ways, as contacts see it:
+/// What the samples saw. A displacement is split into its parts along the ways, as contacts see it:
 /// pushes and turns are one then.
 void add_ways(Condensed& condensed, const std::vector<LookaheadPath>& ways)
 {

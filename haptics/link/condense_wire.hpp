@@ -8,12 +8,12 @@ namespace amontons {
 /// Force of a wire on the hand that holds its base: at the sheath, or at the clamp of node 0.
 Wrench force_on_hand(const Wire& wire);
 
-/// Where a wire's contacts went on the way of its base, for those of its start.
+/// Where a wire's contacts continued the way of its base, for those of its start.
 struct LookaheadSample {
     double share = 0;               ///< of that way
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
-    WireState state;                ///< there: the wire goes on from it if it has jumped
+    WireState state;                ///< there: the wire continues from it if it has jumped
 };
 LookaheadSample sample_ahead(WireBody& body, const StepStart& start, double reach);
 

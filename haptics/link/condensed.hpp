@@ -26,7 +26,7 @@ struct ReductionOptions {
     /// What the handle can move until the operator after this one comes: latency and one period
     /// more, and a tenth [m].
     double reach() const { return 1.1 * speed * period * (latency + 1); }
-    /// How far it is looked ahead, and operators are made good for: what comes later is late [-].
+    /// How far it is predicted, and operators are made good for: what comes later is late [-].
     int periods_ahead() const { return std::min(latency, 1) + 1; }
     /// The same at most_speed: so far the nearest contacts at least are handed over, so that
     /// nothing is passed through [m].

@@ -15,7 +15,7 @@ namespace amontons {
 class HeldBody final : public Body {
 public:
     /// @param body    of a body whose motion is prescribed; outlives this
-    /// @param origin  of the handle, in the body's own coordinates [m]: turns go about it
+    /// @param origin  of the handle, in the body's own coordinates [m]: turns are about it
     HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& spring);
 
     /// Where the device wants the handle at the end of the steps to come.

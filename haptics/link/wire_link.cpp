@@ -26,14 +26,14 @@ constexpr int kAside = 4;          // ... and back and aside
 // The same by the clock, and how much of a period they may take.
 constexpr int kLooksInTime = 4, kAsideInTime = 2;
 constexpr double kLookTime = 0.4;
-constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is looked ahead
+constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is predicted
 constexpr double kAtRest = 1e-2;    // of that, and less
 constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
 // Of q beyond first order, over the way of the contacts: more is a jump. Where the hand is going
 // what holds after it is handed over, too, and it may be called one for little.
 constexpr double kMostBend = 0.5, kMostAside = 2;
 constexpr int kMostJumps = 4;         // of the wire on the way, that are foreseen
-constexpr double kJumpAt = 1.0 / 128; // of the way looked ahead: that a jump is known to
+constexpr double kJumpAt = 1.0 / 128; // of the way predicted: that a jump is known to
 constexpr double kSnapWork = 1e5;     // of a snap in parts: Newton's iterations, times elements,
                                       // in a second of the simulation
 
@@ -46,10 +46,10 @@ enum class StepPolicy {
     look    ///< Newton's method, and whatever its energy balance misses: it is taken back
 };
 
-/// What the looks after a step found.
+/// What the samples after a step found.
 struct Lookahead {
     std::vector<LookaheadPath> ways; ///< first where the hand is going; none if it is not known
-    bool falls = false;              ///< beyond the last look on the first way
+    bool falls = false;              ///< beyond the last sample on the first way
     LookaheadSample landed;          ///< where the wire is after a jump that a step did not notice
 };
 
@@ -81,7 +81,7 @@ struct WireLink::State {
     std::vector<Issue> warnings;
     std::vector<int> walls; // obstacles that the wire can touch
     WireBody body;
-    HandPose start, device; // device: that the last step met
+    HandPose start, device; // device: of the last step
     HandPose before;        // the same of the step before
     bool rod = false;
     Vec3 axis = Vec3::Zero(); // of a beam
@@ -140,7 +140,7 @@ void WireLink::State::build_beam(const std::vector<Obstacle>& obstacles, const H
     if (!scene.solids.empty())
         throw InputError({{scene.file, "/bodies/" + scene.solids[0].name,
                            "the wall of a vessel that "
-                           "gives way beside a wire in the hand",
+                           "is compliant beside a held wire",
                            "an obstacle"}});
     body = build_wire(scene, beam(), obstacles, {}, walls);
     std::vector<std::string> names;
@@ -168,7 +168,7 @@ BaseTarget WireLink::State::target(const HandPose& pose) const
 
 // A rod's snap takes a hundred Newton solves and more, as long as several steps. By the clock it is
 // crossed in parts, one a step, and what is handed over in between is the rod on its way, held by
-// the pull of the relaxation, while the hand goes on: a rod takes its time, too.
+// the pull of the relaxation, while the hand continues: a rod takes its time, too.
 StepReport WireLink::State::advance(const HandPose& to, double period, StepPolicy means)
 {
     WireGroup group{{&body}, nullptr};
@@ -279,7 +279,7 @@ Lookahead WireLink::State::sample_paths(const Vec6& way)
     return out;
 }
 
-/// Condenses with the looks before the first that is a jump, on each way; half of them at a time
+/// Condenses with the samples before the first that is a jump, on each way; half of them at a time
 /// where the operator cannot be solved.
 Condensed WireLink::State::condense(Lookahead& foresight)
 {
@@ -305,8 +305,8 @@ Condensed WireLink::State::condense(Lookahead& foresight)
     }
 }
 
-// The hand goes on: steps to where it will be until the operator after this one comes, which are
-// taken back. They tell which contacts stay closed. And a point of the wire that slides along a
+// The hand continues: steps to where it will be until the operator after this one comes, which are
+// taken back. They report which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
 // made of; no first derivative knows it. Where the wire jumps on the way, what holds from there on
 // is handed over with what holds until then.

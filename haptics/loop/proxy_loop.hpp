@@ -60,9 +60,9 @@ struct ClosedRow {
 /// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before: what has
 /// slipped stays slipped. q(d) = q + J (d - d0), for points on a rigid handle with their exact
 /// turn; frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution
-/// of `contact`, from the last tick's reaction; a contact that is content costs a look. A new
-/// operator is met without a jump: see operator_update.cpp. No lock, no allocation, no exception,
-/// no system call (but the clock, if there is a budget).
+/// of `contact`, from the last tick's reaction; a contact that is content costs an evaluation. A
+/// new operator is found without a jump: see operator_update.cpp. No lock, no allocation, no
+/// exception, no system call (but the clock, if there is a budget).
 template <class Real> class ProxyLoop {
 public:
     /// @param most_contacts  >= contacts of every operator taken; all memory is taken here
@@ -72,7 +72,7 @@ public:
     /// first of them begins.
     void begin();
 
-    /// Goes on with another operator, which must stay as it is until the next call.
+    /// Continues with another operator, which must stay as it is until the next call.
     /// @param time  on the loop's clock [s]: when the blend starts
     /// @returns false, and keeps the old one, if it has more contacts than there is room for
     bool take(const ReducedOperator<Real>& op, double time);
@@ -80,7 +80,7 @@ public:
     /// The force for this pose; zero until an operator was taken.
     ProxyTick tick(const HandPose& device, double time);
 
-    /// Lets go of everything, as if nothing had ever touched; contacts that overlap at this pose
+    /// Releases everything, as if nothing had ever touched; contacts that overlap at this pose
     /// come in over the blend time.
     void release(const HandPose& device, double time);
 

@@ -34,7 +34,7 @@ public:
     NumberScanner& text() { return text_; }
     /// Binary data begins after the end of this line.
     void begin_data() { at_ = text_.offset(); }
-    /// Text goes on after the binary data. O(1): lines are not counted within bytes.
+    /// Text continues after the binary data. O(1): lines are not counted within bytes.
     void end_data()
     {
         if (binary_) text_.jump(at_);

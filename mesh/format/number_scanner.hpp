@@ -9,7 +9,7 @@
 namespace amontons {
 
 /// Numbers between blanks and line ends, read where they stand: for files of millions of them.
-/// What is unusual ("+1", 1e-400, nan) goes the slow way, through parse_double.
+/// What is unusual ("+1", 1e-400, nan) passes the slow way, through parse_double.
 class NumberScanner {
 public:
     explicit NumberScanner(std::string_view text, std::size_t line = 1)
@@ -83,7 +83,7 @@ public:
         skip_blanks();
         return at_ == end_;
     }
-    std::size_t line() const { return line_; } ///< of the next word once it was looked at
+    std::size_t line() const { return line_; } ///< of the next word once it was examined
     std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
     std::string_view rest() const { return {at_, static_cast<std::size_t>(end_ - at_)}; }
 

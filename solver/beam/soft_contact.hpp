@@ -5,12 +5,13 @@
 #include <Eigen/Core>
 #include <vector>
 
-// How contacts with walls that give way answer to a small motion of the wire: the whole derivative,
-// with the places where forces act and the normals there. Theory: docs/theory/soft_vessels.md.
+// How contacts with walls that are compliant answer to a small motion of the wire: the whole
+// derivative, with the places where forces act and the normals there. Theory:
+// docs/theory/soft_vessels.md.
 
 namespace amontons {
 
-/// The undeformed wall at a point, or what becomes of it where it gives way.
+/// The undeformed wall at a point, or what becomes of it where it is compliant.
 /// @param c  out: along and around, of a soft wall
 WallSample sample_wall(const WireWall& wall, const Vec3& x, WallHint& hint, Candidate& c);
 

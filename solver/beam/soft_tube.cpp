@@ -11,7 +11,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kMostUsed = 700; // nodes in use before those of long ago are let go
+constexpr std::size_t kMostUsed = 700; // nodes in use before those of long ago are released
 constexpr std::int32_t kBlock = 8;     // of nodes whose columns are solved together
 constexpr double kSingular = 1e-14;    // of a factor's pivots
 constexpr int kMostPulls = 8;          // of Newton's method that pulls a point back
@@ -225,7 +225,7 @@ void SoftTube::use_(const TubePlace& place)
 
 void SoftTube::set_(Field& field, std::vector<TubeForce> forces)
 {
-    if (used_.size() > kMostUsed) { // the wire has gone on
+    if (used_.size() > kMostUsed) { // the wire has continued
         for (const std::int32_t g : used_)
             number_[std::size_t(g)] = -1;
         used_.clear();

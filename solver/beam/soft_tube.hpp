@@ -31,7 +31,7 @@ struct TubeForce {
     Vec3 force = Vec3::Zero(); ///< [N]
 };
 
-/// What stood at a point in the undeformed tube, if the wall's displacement goes on straight from
+/// What stood at a point in the undeformed tube, if the wall's displacement continues straight from
 /// its inner surface: x = y + u(y).
 struct PulledBack {
     Vec3 y = Vec3::Zero(), u = Vec3::Zero(); ///< [m]

@@ -186,7 +186,7 @@ double growth_stiffness(const Wire& wire)
     const WireMaterial& m = wire.material;
     const WireState& s = wire.state;
     const double end = material_at_end(wire, s);
-    // its strains go with 1/length: short against that as well
+    // its strains follow 1/length: short against that as well
     const double length = law_of_held_element(wire, s, 0).length;
     const double step = std::min({1e-3 * m.segments.back().radius, 0.25 * end, 0.01 * length});
     const auto slope = [&](double further) {
@@ -407,7 +407,7 @@ void drive_base(Wire& wire, double insertion, double twist)
     s.rotation += turn;
     s.first = first_node(wire.material, insertion);
     // Compressed or stretched in the sheath by much of an element, the wire is not where its base
-    // says: the element at the sheath's end would have next to no length, or less.
+    // states: the element at the sheath's end would have next to no length, or less.
     if (first_element_lags(wire))
         s.first = std::min(first_node(wire.material, s.inserted), wire.last() - 1);
     if (!wire.outside()) {
@@ -426,7 +426,7 @@ void drive_base(Wire& wire, double insertion, double twist)
     }
     place_held_node(wire, s);
     if (shift != 0 || s.first != old.first) {
-        // Node i goes where the wire was a length `shift` further on.
+        // Node i passes where the wire was a length `shift` further on.
         const int last = wire.last();
         int j = old.first;
         const double old_end = wire.material.length - old.inserted;

@@ -27,7 +27,7 @@ struct Sheath {
 
 struct WallState; // solver/beam/wall_material.hpp
 
-/// Where a contact lies on a wall that gives way, as it was found last.
+/// Where a contact lies on a wall that is compliant, as it was found last.
 struct WallTouch {
     bool known = false;
     double along = 0, around = 0; ///< as TubePlace's
@@ -54,7 +54,7 @@ struct WireState {
     std::vector<Reaction> reaction; ///< [point * walls + wall]
     Vec3 tip_moved = Vec3::Zero();  ///< of a held tip, since the hold took it [m]
     Vec3 tip_force = Vec3::Zero(), tip_moment = Vec3::Zero(); ///< of its hold [N], [N m]
-    double wall_energy = 0; ///< elastic, of walls that give way under the reactions [J]
+    double wall_energy = 0; ///< elastic, of walls that yield under the reactions [J]
     /// Of each wall how it is displaced, null where it is not hyperelastic; empty where none is.
     std::vector<std::shared_ptr<const WallState>> wall;
 };

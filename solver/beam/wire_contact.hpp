@@ -27,7 +27,7 @@ inline ContactRow contact_row(const Vec12& v)
 /// A wall that the wire can touch.
 struct WireWall {
     const Wall* wall = nullptr;   ///< undeformed
-    SoftTube* soft = nullptr;     ///< that gives way as an elastic solid; null: rigid
+    SoftTube* soft = nullptr;     ///< that yields as an elastic solid; null: rigid
     double foundation = 0;        ///< or as springs along its normal: per length of wire [N/m^2]
     std::vector<double> friction; ///< at each contact point of the wire [-]
     std::vector<double> friction_of_segment; ///< what those are made from
@@ -75,7 +75,7 @@ struct Candidate {
     double compliance = 0;        ///< on a foundation: 1 / stiffness along n [m/N]
 };
 
-/// All points whose gap is below `reach` or that carry a reaction. Walls that give way are
+/// All points whose gap is below `reach` or that carry a reaction. Walls that are compliant are
 /// displaced by the reactions where those act now.
 /// @param covered  no points nearer the base than this: they lie in another instrument [m]
 /// @return  what forces on soft walls and the walls' shapes still disagree by [N]

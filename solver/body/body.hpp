@@ -17,7 +17,7 @@
 // A body has a state at the start of the step and an iterate, which becomes the state at its end.
 // Its unknowns y are a change of the iterate: of places [m] in quasi-static steps, of velocities
 // [m/s] in dynamic ones. With A its step matrix and H the rows of the contacts on it,
-//   A y = A y_free + H^T r:   y_free is where it would go without contact.
+//   A y = A y_free + H^T r:   y_free is where it would lack contact.
 // What A cannot hold, the rigid modes R of a body that is held by its contacts alone, are unknowns
 // a of their own: y = y_free + A^+ H^T r + R a with the balance R^T (H^T r) + g = 0.
 
@@ -78,9 +78,9 @@ public:
     virtual double prescribed_motion(double /*from*/, double /*to*/) const { return 0; }
 
     /// Begins a step (or, after a refusal, the same one anew): the iterate is the state, moved as
-    /// what is prescribed says.
+    /// what is prescribed states.
     virtual void begin(const StepInput& step) = 0;
-    /// The iterate is the state itself again, until begin() moves it as what is prescribed says.
+    /// The iterate is the state itself again, until begin() moves it as what is prescribed states.
     /// @return  false if nothing is prescribed: nothing was done
     virtual bool reset_to_start() = 0;
     /// Matrix and residual at the iterate, without contact forces.
@@ -118,7 +118,7 @@ public:
                         const Eigen::VectorXd& force) = 0;
     /// Share of the last change that was made; less where an element would have turned inside out.
     virtual double accepted_step_length() const { return 1; }
-    /// Why the iterate is none that may be gone on from; "" if it may.
+    /// Why the iterate is none that may be lost on from; "" if it may.
     virtual std::string fault() const { return ""; }
     /// What its user should know of the accepted state; "" if nothing.
     virtual std::string remark() const { return ""; }

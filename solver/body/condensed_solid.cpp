@@ -103,8 +103,8 @@ void CondensedSolid::make_parts()
         }
 
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
-    // that tell the mean motion (A is symmetric), and turns of the holds, whose forces are moments.
-    // All are solved for at once.
+    // that report the mean motion (A is symmetric), and turns of the holds, whose forces are
+    // moments. All are solved for at once.
     const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols(),
                        turns = 3 * Eigen::Index(input_.hold.size());
     Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes + turns);
@@ -286,7 +286,7 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
     whole.setFromTriplets(entries.begin(), entries.end());
     motions_.reset();
-    // A run that goes on counts as the one that was stopped.
+    // A run that continues counts as the one that was stopped.
     same_columns_ = make_W(C, whole, W) ? same_columns_ + 1 : 0;
     keep_W(C, W);
 }

@@ -180,7 +180,7 @@ void RigidBody::move_by(const Vec3& impulse, const Vec3& moment)
 }
 
 /// About which moments of contacts and joints are taken in a step of second order: followed ones
-/// act half way, others where the step starts, on a centre that goes on (see accept()).
+/// act half way, others where the step starts, on a centre that continues (see accept()).
 Vec3 RigidBody::reference() const
 {
     return step_.follows ? Vec3(0.5 * (state_.centre + now_.centre))
@@ -243,13 +243,13 @@ Vec3 RigidBody::displacement(const BodyPlace& at) const
         const MeanMotion m = mean_motion();
         return m.shift + m.turn.cross(at.point - m.centre);
     }
-    if (step_.dynamic && !driven()) { // as the velocities say: what forces there work on
+    if (step_.dynamic && !driven()) { // as the velocities state: what forces there work on
         const Vec3 arm = at.point - state_.centre;
         return step_.h * (step_.rule.end * (now_.velocity + now_.spin.cross(arm)) + past_velocity_ +
                           past_spin_.cross(arm));
     }
     // A body of revolution that turns about its axis rolls: ever other material comes to where it
-    // touches. What has come past there is the turn's arc; what touches at the end has gone the
+    // touches. What has come past there is the turn's arc; what touches at the end has moved by the
     // chord, which falls short of it by a share that grows with the step.
     const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
     if (is_of_revolution_about(now_.turn.conjugate() * turned)) {

@@ -37,7 +37,7 @@ public:
     std::vector<LiveCurve> live_curves();
     const StartInput& begun() const { return input_.start; }
     /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
-    /// its drive says.
+    /// its drive specifies.
     void drive_to(const Placement& at);
     /// What contacts and couplings do to a driven body: the drive works against it.
     /// @param force   mean over a dynamic step, at the end of a quasi-static one [N]

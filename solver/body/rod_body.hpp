@@ -79,7 +79,7 @@ public:
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
-    double contact_reach() const; ///< of gaps that are looked at [m]
+    double contact_reach() const; ///< of gaps that are examined [m]
     /// Where it may touch what runs along it.
     const std::vector<CurvePlace>& stations() const { return stations_; }
     /// Forces that holds need, of the accepted state: of each hold in the scene's order, force in
@@ -189,9 +189,9 @@ public:
     /// One step of this length (root mean square of the nodes' motion) along the path of balances,
     /// on which the time t is an unknown too. Where it fails nothing has changed.
     /// @param gravity  [m/s^2]
-    /// @param t     in: where it stands; out: where it went [s]
-    /// @param first  step in time that says where the path begins [s]
-    /// @param end    a step that would go further goes to this time, and is shorter [s]
+    /// @param t     in: where it stands; out: where it passed [s]
+    /// @param first  step in time that states where the path begins [s]
+    /// @param end    a step that would continue is passed to this time, and is shorter [s]
     /// @return  iterations, 0: it failed
     int path_step(double length, double first, double end, double tolerance, const Vec3& gravity,
                   double& t);

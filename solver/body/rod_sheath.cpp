@@ -12,7 +12,7 @@
 // change their length and law with the place. A step is Lagrangian: the places that its mesh has at
 // its end are looked up at its start, the sheath moves its own by what is fed.
 //
-// What is fed by a length a goes from straight in the sheath to the strains e at its end, where the
+// What is fed by a length a runs from straight in the sheath to the strains e at its end, where the
 // section carries the force and moment m. With w the energy per length, the push is
 //
 //     P = R - (m.e - w(e) - n) - w(straight),
@@ -38,7 +38,7 @@ std::array<double, 6> strains_under(const Section& c, const std::vector<TableSha
         e[i] = c.stiffness[i] > 0 ? m[i] / c.stiffness[i] : 0;
     if (tables.empty()) return e;
     constexpr int kMost = 60;
-    // Laws that rise: Newton's method, which goes to and fro at most across their corners.
+    // Laws that rise: Newton's method, which alternates at most across their corners.
     for (int k = 0; k < kMost; ++k) {
         const BeyondLinear b = beyond_linear(tables, e);
         const double missing[3] = {m[0] - c.stiffness[0] * e[0] - b.stress[0],

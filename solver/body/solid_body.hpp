@@ -69,7 +69,7 @@ public:
         on_all_ranks_ = on_all_ranks;
     }
     bool iterative() const { return iterative_; }
-    /// What its conditions say that is odd.
+    /// What its conditions state that is odd.
     const std::vector<Issue>& warnings() const { return conditions_.warnings; }
     /// What contact without W asks of an iterative solid, all degrees of freedom: the matrix, the
     /// residual force of the last linearise() (0 where held), A y and the diagonal of A.
@@ -82,12 +82,12 @@ public:
     void find_free_change();
 
     /// Contact forces from what stands still, of the unknowns: what a matrix that is not positive
-    /// leans on first. Of hyperelastic solids; before linearise().
+    /// rests on first. Of hyperelastic solids; before linearise().
     void stabilise_with(const Eigen::VectorXd& force);
     bool is_stabilised() const { return hyperelastic_; }
     /// The last matrix is the true one and N N^T, stiffer where contacts push.
     bool leaning() const;
-    /// What W of the true matrix has more than that of the one that leans.
+    /// What W of the true matrix has more than that of the one that is inclined.
     /// @return  negative eigenvalues of the true matrix; -1 where it cannot be used
     int true_tangent_compliance(const SparseColumns& C, Eigen::MatrixXd& more);
     /// A^-1 f by the true matrix from y = L^-1 f, after true_tangent_compliance().
@@ -96,7 +96,7 @@ public:
     /// Of loops over elements and nodes and of columns; the result is the same for any number.
     void use_threads(int threads);
 
-    /// About how many steps will come: says what is worth being kept.
+    /// About how many steps will come: states what is worth being kept.
     void expect_steps(double steps) { expected_steps_ = steps; }
 
     /// Rigid motions that nothing prescribed prevents, in words.
@@ -193,9 +193,9 @@ public:
     Vec3 turn_since_start();
     /// What a caller may lead by hand: its drive and its loads.
     std::vector<LiveCurve> live_curves();
-    /// The scene's probes with what they look at.
+    /// The scene's probes with what they examine.
     const std::vector<ProbeInput>& probes() const { return input_.probes; }
-    /// Mean displacement since the start of what a probe looks at, in space [m], and stress there,
+    /// Mean displacement since the start of what a probe examines, in space [m], and stress there,
     /// of the accepted state, in space [Pa]: at a place of its element (of hyperelastic and
     /// corotational ones the element's mean), over faces of the elements behind them. complete()
     /// first.
@@ -211,7 +211,7 @@ public:
     };
     std::vector<Support> supports() const;
     /// Puts the frame of a driven body there, at the iterate and at the ends of steps to come,
-    /// instead of where its drive says.
+    /// instead of where its drive specifies.
     void drive_to(const Placement& frame);
     /// Brings all nodes to the accepted state, those inside as well.
     virtual void complete() {}

@@ -16,7 +16,7 @@ namespace amontons {
 struct SolidConditions {
     struct Held {
         std::int32_t dof = 0;
-        const CurvePoints* curve = nullptr; ///< null: 0, or as the hold's turn or gradient says
+        const CurvePoints* curve = nullptr; ///< null: 0, or as the hold's turn or gradient states
         std::size_t hold = 0;               ///< the first that names it
     };
     struct Load { ///< of each of the scene's

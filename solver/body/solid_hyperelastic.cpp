@@ -271,7 +271,7 @@ void SolidBody::linearise_hyperelastic()
     const Eigen::VectorXd r = residual(scale);
     mode_load_.resize(0);
     matrix_kept_ = true;
-    if (!fault_.empty() || nothing_changed()) { // a fault is said, the step not gone on with
+    if (!fault_.empty() || nothing_changed()) { // a fault is reported, the step not continued with
         free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
         return;
     }

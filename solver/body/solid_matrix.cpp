@@ -28,7 +28,7 @@ bool same(const VolumeMesh& a, const VolumeMesh& b)
     return a.nodes == b.nodes && std::ranges::equal(a.blocks, b.blocks, alike);
 }
 
-/// A number that tells columns from others.
+/// A number that distinguishes columns from others.
 double print_of(const SparseColumns& C)
 {
     const auto bytes = [](const auto* data, Eigen::Index count) {

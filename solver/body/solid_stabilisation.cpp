@@ -17,10 +17,10 @@
 namespace amontons {
 namespace {
 
-/// How the matrix leans on contacts, in turn. First on those with what stands still, along their
+/// How the matrix rests on contacts, in turn. First on those with what stands still, along their
 /// forces, by so many times the node's own stiffness. Then also across the forces, as if what they
 /// touch were round, with a curvature of so many over the body's size. Last on contacts with what
-/// gives way too, the body's own other side among it.
+/// yields too, the body's own other side among it.
 struct Stabilisation {
     bool firm = false;
     double along = 0, across = 0;
@@ -55,7 +55,7 @@ double SolidBody::next_shift()
     if (step_.dynamic && shift_ >= 1) return 0;
     if (shift_ <= 0 && shift_ > -double(kStabilisations.size()) && !step_.dynamic &&
         !contact_.isZero(0)) {
-        // From one before the last iteration's on: what holds only just comes and goes.
+        // From one before the last iteration's on: what holds only just appears and disappears.
         shift_ = shift_ < 0 ? shift_ - 1 : std::min(-1.0, last_shift_ + 1);
         while (support_stiffness_.isZero(0) && kStabilisations[std::size_t(-shift_) - 1].firm)
             shift_ -= 1;
@@ -69,7 +69,7 @@ double SolidBody::next_shift()
 
 /// Adds N N^T to the matrix: of each node with a force, a share of its own stiffness at rest along
 /// the force, and across it what a wall of that curvature adds. A force that stays where the node
-/// goes would turn a body that is pressed all around.
+/// passes would turn a body that is pressed all around.
 /// @return  N
 SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, double along,
                                  double across_size) const
@@ -104,7 +104,7 @@ SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, 
     return N;
 }
 
-/// The matrix, as next_shift() says.
+/// The matrix, as next_shift() states.
 void SolidBody::stabilise(SparseMatrix& S)
 {
     const double scale = step_.dynamic ? 1 / step_.h : 1;

@@ -173,7 +173,7 @@ public:
             const LargeMatrix::Result done = A_.solve(missing, kLinearTolerance);
             ++out.newton;
             out.linear += done.iterations;
-            // One that stops early is a worse step, which the balance below tells; or none: the
+            // One that stops early is a worse step, which the balance below reports; or none: the
             // symmetric way, or no answer.
             if (!done.fault.empty() && !(done.reached <= kUseless)) {
                 if (symmetric_) {
@@ -181,7 +181,7 @@ public:
                     return;
                 }
                 be_steady();
-                first = true; // its preconditioner goes with it
+                first = true; // its preconditioner follows it
                 continue;
             }
             y += missing;
@@ -215,7 +215,7 @@ private:
     bool symmetric_ = true;
 };
 
-/// f <- A^-1 f to the tolerance; else `out.fault` says what happened.
+/// f <- A^-1 f to the tolerance; else `out.fault` states what happened.
 void solve(LargeMatrix& A, Eigen::VectorXd& f, double tolerance, LargeContactSolution& out)
 {
     LargeMatrix::Result done = A.solve(f, tolerance);
@@ -261,7 +261,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
             out.error = load > 0 ? missing.norm() / load : 0;
             out.converged = out.error <= kWithin * options.tolerance;
             if (out.converged || k == kCertificates) break;
-            // One that stops early is gone on with from there: the balance is what counts.
+            // One that stops early is lost on with from there: the balance is what counts.
             const LargeMatrix::Result done =
                 A.solve(missing, kWithin * kWithin * options.tolerance);
             out.linear += done.iterations;

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-// Contact of one large linear solid with what does not give way, without W: the work of an
+// Contact of one large linear solid with what does not yield, without W: the work of an
 // iteration is linear in unknowns and contacts. Equations: docs/theory/large.md.
 
 namespace amontons {

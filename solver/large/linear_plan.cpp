@@ -44,8 +44,8 @@ constexpr double kIterations = 11;       // of one solve, where it was not tried
 constexpr double kDynamicIterations = 3; // the same: better conditioned
 /// Steps in motion solve more often than quasi-static ones (measured: 0.9 and 3.6 times).
 constexpr double kDynamicSolves = 2.5;
-/// In motion contacts come and go, and a step begins with the forces of the last one: W and its
-/// Newton steps take less than at rest (measured: 0.2 to 0.5).
+/// In motion contacts appear and disappear, and a step begins with the forces of the last one: W
+/// and its Newton steps take less than at rest (measured: 0.2 to 0.5).
 constexpr double kDenseShareInMotion = 1.0 / 3;
 /// In doubt a factor is taken: iterations vary more from what is foretold.
 constexpr double kDoubt = 1.25;
@@ -183,7 +183,7 @@ double available_memory()
     limit(kKibi * line_of("/proc/meminfo", "MemAvailable:"));
     const double most = number_in("/sys/fs/cgroup/memory.max"),
                  now = number_in("/sys/fs/cgroup/memory.current");
-    // What files have left in the cache gives way when asked for.
+    // What files have left in the cache is compliant when asked for.
     const double cache = std::max(0.0, line_of("/sys/fs/cgroup/memory.stat", "inactive_file "));
     if (most >= 0 && now >= 0) limit(std::max(0.0, most - std::max(0.0, now - cache)));
     rlimit own{};
@@ -312,7 +312,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     // Where a factor is the other choice, one solve is tried before it is turned down; and where
     // the two are close, before it is taken. It is ended when it has taken the iterations that
     // would make it the slower way: counted, not timed, so that a run that is repeated or resumed
-    // goes the same way.
+    // passes the same way.
     const std::string other = ranks < 2 ? "iterative" : "distributed";
     const LinearPath& way = *plan.path(other);
     const bool close_call = plan.taken == "direct" && way.possible && fits(way) &&
@@ -335,7 +335,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                         plan.tried_iterations, tried_iterations(s, most, tried == "distributed"));
             plan.tried_enough = plan.tried_iterations >= most;
             take_time(plan.tried_iterations);
-        } catch (const std::exception& fault) { // the factor is there, and may say more
+        } catch (const std::exception& fault) { // the factor is there, and may specify more
             for (LinearPath& p : plan.paths)
                 if (p.name != "direct")
                     impossible(p, std::string("a trial failed: ") + fault.what());

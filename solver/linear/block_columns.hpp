@@ -4,7 +4,7 @@
 
 // For the block eliminations of this folder only: a 6x6 block in twelve registers of four doubles.
 // Compilers take vectors of eight for a memory object where the processor has none that wide: a
-// product then went through memory at every step.
+// product then passed through memory at every step.
 
 namespace amontons {
 

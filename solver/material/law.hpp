@@ -124,7 +124,7 @@ struct MaterialLaw {
     double least_stretch = 0; ///< pressed below it, a bar of it is unstable; 0: never
 };
 
-/// All of them, in the order in which they are told.
+/// All of them, in the order in which they are reported.
 std::span<const MaterialLaw> material_laws();
 /// @returns  nullptr if there is none of that name
 const MaterialLaw* find_law(std::string_view name);

@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-/// Everything a run needs to go on where it was: the simulation's state and the writers'.
+/// Everything a run needs to continue where it was: the simulation's state and the writers'.
 struct Checkpoint {
     /// A frame that is already written.
     struct Frame {

@@ -6,7 +6,7 @@
 #include <vector>
 
 // What every column, field and key that a run writes means: docs/outputs.md, and what
-// `amontons check SCENE --quantities` says, are made of this table and of nothing else.
+// `amontons check SCENE --quantities` states, are made of this table and of nothing else.
 
 namespace amontons {
 

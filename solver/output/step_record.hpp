@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-// What one finished step tells the writers: plain data, no pointers into the simulation.
+// What one finished step reports the writers: plain data, no pointers into the simulation.
 
 namespace amontons {
 
@@ -149,7 +149,7 @@ struct Extremes {
     double least = 0, largest = 0;
 };
 
-/// Which way the linear systems of solids went, and what it took.
+/// Which way the linear systems of solids were solved, and what it took.
 struct LinearRecord {
     std::string taken; ///< "direct" | "iterative" | "distributed"; "": there are no such solids
     std::string why;
@@ -159,7 +159,7 @@ struct LinearRecord {
 
 struct RunSummary {
     std::string status = "running"; ///< "done" | "failed" | "interrupted"
-    std::string message;            ///< why it ended, in a sentence; "" if nothing to say
+    std::string message;            ///< why it ended, in a sentence; "" if nothing to report
     int steps = 0;
     double time = 0; ///< reached [s]
     PhaseSeconds seconds;
@@ -178,7 +178,7 @@ struct RunSummary {
     std::vector<Quantity> quantities; ///< depth, max_push_force, max_torque, passed_through, ...
     std::vector<Extremes> extremes;   ///< of the quantities of steps, by history.csv
     LinearRecord linear;
-    std::vector<NamedText> texts;     ///< results in words: the branch that a wire went into
+    std::vector<NamedText> texts;     ///< results in words: the branch that a wire entered
     std::vector<double> step_seconds; ///< wall time of each step
 };
 

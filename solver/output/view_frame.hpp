@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-// What a window shows of one instant, and how it goes there: the program and its viewer are two
+// What a window shows of one instant, and how it moves there: the program and its viewer are two
 // processes of one build, so numbers travel as they lie in memory. No Eigen and no VTK here: both
 // sides include it.
 
@@ -18,7 +18,8 @@ struct ViewShape {
     std::int32_t kind = wall;
     std::vector<float> points;           ///< 3 a point [m]
     std::vector<std::int32_t> triangles; ///< 3 corners each; empty: those of the frame before
-    std::vector<float> values; ///< a point: radius of a wire [m], stress of a solid [Pa] (none: plain)
+    std::vector<float>
+        values; ///< a point: radius of a wire [m], stress of a solid [Pa] (none: plain)
 };
 
 struct ViewFrame {

@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// Turns what a step tells into frames for the window: walls and triangles once, places always.
+/// Turns what a step reports into frames for the window: walls and triangles once, places always.
 class ViewMaker {
 public:
     /// @param obstacles  outlive the maker

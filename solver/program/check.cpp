@@ -35,7 +35,7 @@ std::string plan_text(const Plan& plan)
                 "  {}: free space {} of it, {}{} holes\n", s.name, s.facts.side,
                 s.facts.volume ? fmt::format("{:.4g} m^3, ", *s.facts.volume) : "", s.facts.holes);
     if (!surfaces.empty()) t += "surfaces\n" + surfaces;
-    t += "pairs that can meet\n";
+    t += "pairs that can touch\n";
     for (const Plan::Pair& p : plan.pairs)
         t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);
     if (plan.pairs.empty()) t += "  none\n";
@@ -134,7 +134,7 @@ void add_check(CLI::App& program, Session& session)
         "--quantities", *quantities,
         "Instead: all quantities with unit and meaning; makes the first state of the run");
     command->callback([arguments, quantities, &session] {
-        ParallelRun parallel; // says how many ranks there are
+        ParallelRun parallel; // states how many ranks there are
         if (parallel.served()) return;
         settle(*arguments);
         Scene scene = read_scene(arguments->scene, arguments->overrides);

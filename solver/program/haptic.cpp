@@ -12,10 +12,10 @@
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/haptic_report.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/output/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
@@ -119,7 +119,7 @@ std::string refused(const HandleLink& link)
                        : "the simulation found no balance at its start: " + why;
 }
 
-/// A scene with one of its values replaced, ready to go on with.
+/// A scene with one of its values replaced, ready to continue with.
 struct ChangedLink {
     std::string line; ///< PATH=VALUE
     std::vector<std::string> overrides;
@@ -148,7 +148,7 @@ ChangedLink build_changed_link(const std::string& file, std::vector<std::string>
 }
 
 /// Values of the scene that the user changes while it is felt. What a value needs, factors above
-/// all, is made in a thread of its own: the simulation goes on as it is until that is there.
+/// all, is made in a thread of its own: the simulation continues as it is until that is there.
 class LinkChanges {
 public:
     /// @param waits  for each: where time stands meanwhile
@@ -307,7 +307,7 @@ void haptic(HapticArguments& a, Session& session)
         }
         const bool done =
             link->step(sequence == 1 ? link->start() : handle) && link->publish(op, time, sequence);
-        // Before the first one nothing is stale, and nobody would tell why there is no force.
+        // Before the first one nothing is stale, and nobody would show why there is no force.
         if (sequence == 1 && !done) session.say("no force yet: " + refused(*link));
         published |= done;
         if (viewer && viewer->wants())
@@ -343,7 +343,7 @@ void haptic(HapticArguments& a, Session& session)
         options.budget = set.loop.proxy.budget;
         options.on_state = [&](SafetyState state) {
             if (state == SafetyState::starting) return;
-            if (state == SafetyState::limited) { // it comes and goes: once is enough
+            if (state == SafetyState::limited) { // it appears and disappears: once is enough
                 if (!told_limited)
                     session.say(std::string(name(state)) + ": " + reason(state) +
                                 " (the report counts these ticks)");

@@ -43,7 +43,7 @@ struct RunArguments {
     std::string cache;
 };
 
-/// Writes the contact problems that a run meets, one file a step and wire.
+/// Writes the contact problems of a run, one file a step and wire.
 class ProblemRecorder {
 public:
     /// @throws WriteError  if its folder cannot be made
@@ -394,7 +394,7 @@ void add_run(CLI::App& program, Session& session)
             "Folder where factors of solids and samples of walls are kept for the next run")
         ->type_name("DIR");
     command->add_flag("--view", arguments->view, "Show the run in a window while it lasts");
-    command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");
+    command->add_flag("--resume", arguments->resume, "Continue from the folder's checkpoint");
     command->add_flag("--record", arguments->record,
                       "Keep every step's contact problem as an FCLib file, in DIR/record");
     command->add_flag("--json", session.json, "One JSON object on stdout");

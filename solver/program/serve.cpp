@@ -79,7 +79,7 @@ public:
     {
     }
     const std::vector<Issue>& warnings() const { return scene_.warnings(); }
-    /// From now on answers tell the units of quantities, too.
+    /// From now on answers report the units of quantities, too.
     void report_units() { units_ = true; }
     bool running() const { return running_; }
     /// How long the next step of a run has to wait for the clock [s].
@@ -89,7 +89,7 @@ public:
         return std::max(0.0, (scene_.time() - begun_at_) / speed_ - watch_.seconds());
     }
 
-    /// A step of a run that nobody waits for. @return  the line that tells of it
+    /// A step of a run that nobody waits for. @return  the line that reports of it
     std::string step_of_run()
     {
         JsonText json(false);

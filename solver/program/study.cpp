@@ -1,16 +1,16 @@
 // amontons study SCENE --sweep PATH=a,b,c --quantity Q: error against run time.
 //
 // The folder of a study has study.json (what it is about), points/KEY.json (one for each point that
-// was run: it goes on from these), and what is made of them: study.csv, study.svg and its script.
+// was run: it continues from these), and what is made of them: study.csv, study.svg and its script.
 
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
 #include "solver/child.hpp"
 #include "solver/output/manifest.hpp"
+#include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/output/output_folder.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/read.hpp"
@@ -189,7 +189,7 @@ struct Work {
 };
 
 /// Whether a point that did not get there may get there now: it has longer, or it died of what may
-/// be gone, as another program's memory. What the program refused it would refuse again.
+/// be lost, as another program's memory. What the program refused it would refuse again.
 bool is_worth_another_run(const PointRecord& r, double max_time)
 {
     if (r.status == "out_of_time") return max_time == 0 || max_time > r.seconds;
@@ -269,7 +269,7 @@ void run_study(const StudyArguments& a, Session& session)
     if (!issues.empty()) throw InputError(issues);
     const std::vector<Point> points = all_points(sweeps);
 
-    // Everything that can be said beforehand is said before the first run.
+    // Everything that can be reported beforehand is reported before the first run.
     std::vector<Work> work;
     std::map<std::string, std::uint64_t> files;
     collect([&] { about.hash = hash_of(read_scene(a.scene.scene, a.scene.overrides), files); });
@@ -326,7 +326,7 @@ void run_study(const StudyArguments& a, Session& session)
         throw InputError({{"--quantity", "", quoted_text(a.quantity),
                            allowed_names(r.numbers, r.texts, a.quantity)}});
     };
-    bool seen = false; // a run that tells the names there are
+    bool seen = false; // a run that reports the names there are
     for (const Work& w : work)
         if (w.record && w.record->status == "done" && !seen) {
             seen = true;
@@ -357,14 +357,15 @@ void run_study(const StudyArguments& a, Session& session)
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
     tell(table, a, folder, session);
-    if (work.empty()) { // nothing to do is no failure: what waits for all shards goes on
+    if (work.empty()) { // nothing to do is no failure: what waits for all shards continues
         session.say(
             fmt::format("no point is in shard {}: the study has {}", a.shard, points.size()));
         session.exit_code = kDone;
     }
     if (was_interrupted()) {
-        session.error(fmt::format("interrupted: {} of {} points are done; the same command goes on",
-                                  table.rows.size(), work.size()));
+        session.error(
+            fmt::format("interrupted: {} of {} points are done; the same command continues",
+                        table.rows.size(), work.size()));
         session.exit_code = kInterrupted;
     }
 }
@@ -464,10 +465,11 @@ void add_study(CLI::App& program, Session& session)
         ->type_name("PATH=a,b,c")
         ->allow_extra_args(false);
     command
-        ->add_option("--quantity", a->quantity,
-                     "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
-                     "energy.error, seconds.total, iterations; of a text the study says how often "
-                     "which came out")
+        ->add_option(
+            "--quantity", a->quantity,
+            "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
+            "energy.error, seconds.total, iterations; of a text the study states how often "
+            "which came out")
         ->type_name("Q");
     const CLI::Option* reference =
         command

@@ -63,11 +63,11 @@ public:
     /// @param every  frames between two factors; 1: each frame, as it should be
     explicit Rod10Solver(const Rod10& rod, int every = 1);
 
-    /// A frame: the rod points where it is said; steps 2 to 7 if it is time for them.
+    /// A frame: the rod points where it is reported; steps 2 to 7 if it is time for them.
     /// @param to_rod  rows: the rod's axes in space
     void orient(const Mat3& to_rod);
 
-    /// Step 8. @param loads  of every node; those of the first, clamped one go into the hand
+    /// Step 8. @param loads  of every node; those of the first, clamped one enter the hand
     std::vector<Rod10Node> deflections(std::span<const Rod10Node> loads) const;
 
     /// A moment in space as a load. The rod knows no torsion.

@@ -58,7 +58,7 @@ public:
 
     struct Frame {
         Vec3 force = Vec3::Zero(); ///< of all test points on the rod, in space [N]
-        Vec3 felt = Vec3::Zero();  ///< what the hand is told of it: the limiter's [N]
+        Vec3 felt = Vec3::Zero();  ///< what the hand is reported of it: the limiter's [N]
         int touching = 0;          ///< test points within objects
         double depth = 0;          ///< of the deepest of them [m]
     };

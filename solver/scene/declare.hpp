@@ -242,7 +242,7 @@ template <class T> const void* defaults_of()
     return &defaults;
 }
 
-/// An object that need not be there and says itself that it was given.
+/// An object that need not be there and states itself that it was given.
 template <class T>
 ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaration> fields)
 {

@@ -24,13 +24,13 @@ struct Plan {
     };
     std::vector<BodyPlan> bodies;
     std::vector<Surface> surfaces; ///< of the obstacles
-    std::vector<Pair> pairs;       ///< that can meet
+    std::vector<Pair> pairs;       ///< that can touch
     std::vector<std::string> uses;
     std::vector<LeftOut> leaves_out;
     double memory = 0;  ///< predicted peak of the run's own process [bytes]
     double picture = 0; ///< of the one that draws the picture, after the run; 0: there is none
-    LinearPlan linear; ///< of the solids' systems; no paths without solids
-    std::string path;  ///< how a step is solved
+    LinearPlan linear;  ///< of the solids' systems; no paths without solids
+    std::string path;   ///< how a step is solved
 };
 
 /// @param bodies     Simulation::plan()
@@ -39,7 +39,7 @@ struct Plan {
 Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                const std::vector<Obstacle>& obstacles, const LinearPlan& linear = {});
 
-/// What `amontons check --json` says.
+/// What `amontons check --json` states.
 std::string plan_json(const Plan& plan);
 
 } // namespace amontons

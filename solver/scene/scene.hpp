@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-// What a scene file says, in SI, with its defaults. No pointers, no files opened: the
+// What a scene file specifies, in SI, with its defaults. No pointers, no files opened: the
 // reader (scene/read) fills it, build turns it into a Simulation.
 
 namespace amontons {
@@ -44,7 +44,7 @@ struct BranchInput {
     double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
-/// One of several ways to say where a set or a branch is; `given` by the reader.
+/// One of several ways to report where a set or a branch is; `given` by the reader.
 struct SetBox {
     bool given = false;
     Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< two opposite corners [m]
@@ -286,7 +286,7 @@ struct SupportInput {
     double tangential = 0; ///< [N/m^3]
 };
 
-/// A place or a set of a solid whose displacement, stress and pressure are told of every step.
+/// A place or a set of a solid whose displacement, stress and pressure are reported of every step.
 struct ProbeInput {
     std::string name;
     std::optional<Vec3> at; ///< in the mesh as it is read [m]
@@ -382,8 +382,9 @@ struct RodShape {
     std::vector<RodPoint> points; ///< corners are rigid
     CentrelineInput curve;
     bool has_curve() const { return !curve.file.empty() || !curve.pieces.empty(); }
-    bool closed = false;     ///< the end is joined to the start
-    bool stress_free = true; ///< in the given shape; else its segments say how it is free of load
+    bool closed = false; ///< the end is joined to the start
+    bool stress_free =
+        true; ///< in the given shape; else its segments specify how it is free of load
 };
 
 /// A place or motion that is prescribed to a cross-section of a rod.
@@ -408,7 +409,7 @@ struct RodLoad {
     CurvePoints over;           ///< factor over time; empty: 1
 };
 
-/// A beam that no introducer feeds: it lies where its shape says, is held and loaded anywhere.
+/// A beam that no introducer feeds: it lies where its shape specifies, is held and loaded anywhere.
 struct RodInput {
     std::string name;
     std::vector<BeamSegment> segments;
@@ -449,7 +450,7 @@ struct ContactLaw {
     std::array<std::string, 2> surfaces{}; ///< face sets of the two; "": all of the outside
     std::string sliding = "finite";        ///< "finite" | "small": on the geometry of the start
     std::string discretisation = "mortar"; ///< "mortar" | "nodal"
-    double reach = 0;                      ///< how far contacts are looked for [m]; 0: chosen
+    double reach = 0;                      ///< how far contacts are searched for [m]; 0: chosen
     std::string start_overlap = "refuse";  ///< "refuse" | "resolve" | "close"
     /// Of a beam and an obstacle: springs along the normal instead of a rigid wall, force per
     /// length of beam and depth [N/m^2]; 0: rigid.

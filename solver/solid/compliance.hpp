@@ -59,8 +59,8 @@ public:
     bool delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// The same from the factor, whatever is kept.
     void delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// Says that about so many solves will be asked for: columns are then solved early, and some of
-    /// nodes that have not been in contact with those that are.
+    /// States that about so many solves will be asked for: columns are then solved early, and some
+    /// of nodes that have not been in contact with those that are.
     void expect(double solves);
     /// Of the columns' solves; they have the same bits for any number.
     void use_threads(int threads) { threads_ = threads; }
@@ -84,7 +84,7 @@ public:
     Eigen::VectorXd solved(const Eigen::VectorXd& f);
 
     /// Which columns are kept and what the choice of further ones depends on: kept_size()
-    /// numbers. A copy that keep() gives them to goes on with the same bits.
+    /// numbers. A copy that keep() gives them to continues with the same bits.
     std::vector<double> kept() const;
     void keep(std::span<const double> kept); ///< solves the columns again
     static std::size_t kept_size(std::size_t surface_nodes) { return 3 + 2 * surface_nodes; }

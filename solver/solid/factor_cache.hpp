@@ -11,7 +11,7 @@ namespace amontons {
 struct SolidMatrixKind {
     double stiffness = 1;     ///< > 0
     double mass = 0;          ///< e.g. 1 / h^2 [1/s^2]
-    std::string scheme = "K"; ///< what else tells matrices apart, such as "lumped"
+    std::string scheme = "K"; ///< what else reports matrices apart, such as "lumped"
 };
 
 /// A factor of the free part of a solid's matrix A, made or found on disk.
@@ -27,7 +27,7 @@ struct SolidFactor {
 ///
 /// A factor belongs to places, elements, ratios of E, nu, ratios of mass to stiffness, prescribed
 /// dofs and the kind of matrix; one with another E alone is the same up to `scale`. What is read is
-/// tried on A: a factor that does not solve it is ignored, whatever its name says. An order of
+/// tried on A: a factor that does not solve it is ignored, whatever its name specifies. An order of
 /// elimination belongs to the elements alone, and serves any prescribed dofs.
 /// Files: KEY.factor, KEY.order, written whole or not at all. Nothing is ever deleted.
 /// @param folder     "" : nothing is read or written. Made if it is not there.

@@ -40,7 +40,7 @@ ElementKind element_kind(const std::string& name)
     return name == "T4" ? ElementKind::T4 : name == "H8" ? ElementKind::H8 : ElementKind::T10;
 }
 
-/// Says of Issues that stand in no file where the scene asked for what is wrong.
+/// States of Issues that stand in no file where the scene asked for what is wrong.
 void add_issues(const std::vector<Issue>& found, const Scene& scene, const std::string& place,
                 std::vector<Issue>& issues)
 {
@@ -314,7 +314,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 
-    // Pairs first: they say which nodes may touch.
+    // Pairs first: they specify which nodes may touch.
     Built built{scene, *system, issues, {}};
     std::unordered_map<std::string, int> solid_number;
     for (std::size_t i = 0; i < scene.solids.size(); ++i)
@@ -358,8 +358,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 
     system->linear = choose_linear(scene, solids, meshes, obstacles, laws, surfaces, !refuse);
     if (refuse && !system->linear.refusal.empty()) {
-        issues.push_back({scene.file, "/solver/linear", system->linear.refusal,
-                          "a way that is possible and fits (amontons check says what each costs)"});
+        issues.push_back(
+            {scene.file, "/solver/linear", system->linear.refusal,
+             "a way that is possible and fits (amontons check states what each costs)"});
         throw InputError(std::move(issues));
     }
     const bool iterative = !meshes.empty() && system->linear.taken != "direct";

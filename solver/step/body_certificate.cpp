@@ -145,7 +145,7 @@ bool BodyStepper::check_end_of_step()
     int furthest = -1;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];
-        // Of rods alone the balance with these forces says it all.
+        // Of rods alone the balance with these forces states it all.
         if (size > 0 && !nothing_ && !rods_only_)
             shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
         const double own_imbalance = body(b).imbalance(f[b]);
@@ -186,7 +186,7 @@ Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) co
     return svd.V.rightCols(modes - first);
 }
 
-/// Modes that no contact sees: they stay where they are, and that is said.
+/// Modes that no contact sees: they stay where they are, and that is reported.
 void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
@@ -218,7 +218,7 @@ bool BodyStepper::adds_rows()
     return some;
 }
 
-/// Says which bodies stand so deep in each other that the step is none; "" if none do.
+/// States which bodies stand so deep in each other that the step is none; "" if none do.
 std::string BodyStepper::deepest_overlap_message() const
 {
     const BodyOverlap* worst = nullptr;

@@ -2,7 +2,7 @@
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/run_summary.hpp"
 
-// States of a run: between its steps, to take one back, and in bytes, to go on from.
+// States of a run: between its steps, to take one back, and in bytes, to continue from.
 
 namespace amontons {
 

@@ -38,7 +38,7 @@ constexpr std::int64_t kCaps = std::int64_t(1) << 50;
 constexpr std::int64_t kBulge = std::int64_t(1) << 60;
 
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
-constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
+constexpr double kReach = 0.2;    // of it: gaps that are examined, unless it is reported
 /// Pairs from which on threads share them out: starting some takes as long as ten pairs.
 constexpr std::size_t kManyPairs = 500;
 
@@ -339,7 +339,7 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         }
     }
     if (!rest_) return;
-    // Boxes with half of what a pair of two such bodies looks at.
+    // Boxes with half of what a pair of two such bodies examines.
     const auto near_box = [&](int b) {
         ContactPair own;
         set_reach(own, rest_->reach, bodies[std::size_t(b)].body->size());
@@ -524,7 +524,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
             p.a, p.b, false, out, kBulge);
     };
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {
-        // Flat ends meet faces that no node of theirs tells of: by integrals, as flat bodies do.
+        // Flat ends touch faces that no node of theirs reports of: by integrals, as flat bodies do.
         caps_.resize(bodies.size());
         std::unique_ptr<Facets>& caps = caps_[std::size_t(p.b)];
         if (!caps) {

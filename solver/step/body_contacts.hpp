@@ -18,7 +18,7 @@
 #include <set>
 #include <span>
 
-// Where the bodies of a scene meet: the pairs that its laws name, and their contacts at the
+// Where the bodies of a scene touch: the pairs that its laws name, and their contacts at the
 // iterate.
 
 namespace amontons {
@@ -29,7 +29,7 @@ class RigidBody;
 class RodBody;
 class SolidBody;
 
-/// Where two bodies meet or may meet within the step.
+/// Where two bodies touch or may touch within the step.
 struct BodyContact {
     int pair = 0;
     std::int64_t id = 0;           ///< of its kind within the pair, stable over steps
@@ -95,7 +95,7 @@ struct ContactPair {
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
     bool named = true; ///< not by "*"
-    double reach = 0;  ///< gaps and overlaps that are looked at [m]
+    double reach = 0;  ///< gaps and overlaps that are examined [m]
     /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
     /// farther apart may not be those of the touch, and stay for the step.
     double margin = 0;
@@ -127,8 +127,8 @@ struct PlaceRow {
     double tolerance = 0; ///< the overlap that it leaves [m]
 };
 
-/// What a law of "*" and "*" says of free rigid bodies. Of n of them there are n^2 pairs, and most
-/// never meet: a pair is made where its bodies come near.
+/// What a law of "*" and "*" states of free rigid bodies. Of n of them there are n^2 pairs, and
+/// most never touch: a pair is made where its bodies come near.
 struct DefaultLaw {
     double friction = 0, restitution = 0;
     double reach = 0; ///< of ContactPair [m]; 0: chosen
@@ -136,7 +136,7 @@ struct DefaultLaw {
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
 
-/// How far contacts between meshes are looked for, of the thinner body: beyond lie far sides.
+/// How far contacts between meshes are searched for, of the thinner body: beyond lie far sides.
 constexpr double kReachOfThickness = 0.4;
 /// The number of a contact that stands for an area is that of the node which carries its
 /// multiplier, beside multiples of this.
@@ -187,24 +187,24 @@ public:
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
-    /// Tells condensed solids in nothing but small pairs which nodes these name: no others will
+    /// Reports condensed solids in nothing but small pairs which nodes these name: no others will
     /// ever touch. Of quasi-static scenes, before the offline stage.
     void keep_to_contacts(const std::vector<BodyRef>& bodies);
 
     /// Pairs of this body look so far at least [m], before the first step: where distances have a
-    /// sign. Between faces of meshes the far side of a body is an overlap, and what is looked at
+    /// sign. Between faces of meshes the far side of a body is an overlap, and what is examined
     /// must stay below its thickness.
     void search_farther(const std::vector<BodyRef>& bodies, int body, double reach);
 
-    /// A new step, or try of one, of bodies that have begun it: what iterations of others have met
-    /// is forgotten.
+    /// A new step, or try of one, of bodies that have begun it: what iterations of others have
+    /// found is forgotten.
     void begin_step(const std::vector<BodyRef>& bodies);
     /// Contacts at the iterate whose gap is within reach.
     /// @param threads  share out what does not depend on each other: the same for any number
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
-    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the
+    /// Contacts of a pair that find() has found, of rigid bodies or one and an obstacle, at the
     /// iterate.
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
@@ -248,11 +248,11 @@ public:
     void set_start_overlap_share(double share) { start_share_ = share; }
 
     /// What is prescribed in [from, to] moves pairs that are near by this times what contacts are
-    /// looked for, or less. Of quasi-static steps.
+    /// searched for, or less. Of quasi-static steps.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
     /// Bodies that have passed through each other between the start of the step and the iterate, so
-    /// far that contacts no longer tell; "" if none has.
+    /// far that contacts no longer report; "" if none has.
     std::string passed(const std::vector<BodyRef>& bodies);
 
 private:

@@ -14,7 +14,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kLast = 10;        // iterations that are looked at
+constexpr std::size_t kLast = 10;        // iterations that are examined
 constexpr double kRoundOffMatters = 0.1; // of the tolerance: round-off matters
 constexpr double kSliver = 2;            // least angle between an element's faces [degrees]
 constexpr double kLongElement = 100;     // longest edge / shortest
@@ -104,7 +104,7 @@ std::string BodyStepper::why_no_forces() const
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     const Eigen::VectorXd values = symmetric_eigenvalues(W);
     const double most = values.cwiseAbs().maxCoeff();
-    if (!(most > 0)) return "; nothing that its contacts touch gives way";
+    if (!(most > 0)) return "; nothing that its contacts touch yields";
     const auto rigid = (values.array() <= kNoStiffness * most).count();
     if (rigid > 0)
         return fmt::format("; {} of the {} motions of its contacts are left by round-off alone: "

@@ -33,7 +33,7 @@ Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 
 } // namespace
 
-/// Steps that have joints, or rigid bodies that may meet on round surfaces: normals of flat ones
+/// Steps that have joints, or rigid bodies that may touch on round surfaces: normals of flat ones
 /// turn by no more than the bodies do, and piles of them have problems enough. Implicit Euler's do
 /// not: they damp, and keep what they have.
 StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
@@ -75,8 +75,8 @@ void BodyStepper::start_following()
     }
 }
 
-/// The iterate goes on as the forces of the step before say: directions half way are then known up
-/// to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
+/// The iterate continues as the forces of the step before state: directions half way are then known
+/// up to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
 void BodyStepper::expect_motion()
 {
     if (!follows_some()) return;

@@ -6,7 +6,7 @@
 
 #include <fmt/format.h>
 
-// The contact problem of large solids whose contacts are with what does not give way (obstacles,
+// The contact problem of large solids whose contacts are with what does not yield (obstacles,
 // driven bodies): without W, by iterations on the solid's own matrix.
 
 namespace amontons {

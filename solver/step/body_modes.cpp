@@ -113,7 +113,7 @@ Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
 ///     S + B^T W^-1 B
 /// is positive. A contact that a small motion would close counts as closed: a round side rolls on
 /// to the next of its nodes.
-/// @returns  "" if there is none, or it cannot be told
+/// @returns  "" if there is none, or it cannot be reported
 std::string BodyStepper::toppling()
 {
     constexpr Eigen::Index kMostClosed = 1500; // dense algebra on them
@@ -371,9 +371,9 @@ bool BodyStepper::may_feed_freely(std::size_t b) const
     return system_.refs[b].rigid && !modes_coupled_ && !feeds_freely_[b] && mode_scale_[b] > 0;
 }
 
-/// A rigid body that rolls before something elastic: what touches it gives way by far less than it
+/// A rigid body that rolls before something elastic: what touches it yields by far less than it
 /// has to go, and friction bounds what turns it, so that multipliers of the elastic scale lead it
-/// on by nearly nothing each. Its modes take the scale of a body that meets nothing elastic.
+/// on by nearly nothing each. Its modes take the scale of a body that touches nothing elastic.
 /// @return  whether there is such a body
 bool BodyStepper::feed_freely()
 {

@@ -329,7 +329,7 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
 void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                                        std::span<const double> depths)
 {
-    limit_reach(bodies, dynamic);   // what is pressed out is looked for farther
+    limit_reach(bodies, dynamic);   // what is pressed out is searched for farther
     constexpr double kBeyond = 1.2; // of the depth: what is pressed out is seen all the way
     constexpr double kFit = 0.1;    // of the width that a contact stands for: gaps that fit
     start_depth_.assign(depths.begin(), depths.end());

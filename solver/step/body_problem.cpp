@@ -129,7 +129,7 @@ void BodyStepper::assemble()
                            : mu > 0 ? ContactKind::frictional
                                     : ContactKind::frictionless;
         if (joint) {
-            // A spring gives way by its force over its stiffness.
+            // A spring yields by its force over its stiffness.
             const double give = compliance_of_row(std::size_t(c - n_contacts));
             if (give > 0) soft.emplace_back(rows_.first[i], give);
         }
@@ -382,9 +382,9 @@ bool BodyStepper::solve()
             continue;
         }
         if (!solved) {
-            // Pins say nothing of where modes take a body: what was left out may hold it.
+            // Pins give no information of where modes take a body: what was left out may hold it.
             if (!modes || int(rows_.chosen.size()) == n) {
-                if (tipping_.empty()) tipping_ = some_stressed; // it leaned from the start
+                if (tipping_.empty()) tipping_ = some_stressed; // it inclined from the start
                 return false;
             }
             std::fill(in.begin(), in.end(), 1);

@@ -115,7 +115,7 @@ bool BodyStepper::solve_rods()
     return true;
 }
 
-/// Newton's method of rods alone goes to and fro.
+/// Newton's method of rods alone alternates.
 bool BodyStepper::swings() const
 {
     const std::size_t n = errors_.size();
@@ -123,7 +123,7 @@ bool BodyStepper::swings() const
 }
 
 /// The natural map of each contact at this motion, of the largest force (or load, or EI / length^2)
-/// in the scene; a gap of a radius counts as much as that force. Sets what the report says.
+/// in the scene; a gap of a radius counts as much as that force. Sets what the report states.
 void BodyStepper::certify_rods(const Eigen::VectorXd& u)
 {
     double force = 0, radius = std::numeric_limits<double>::infinity();

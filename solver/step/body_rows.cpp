@@ -224,7 +224,7 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
             ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
-            // Newton's law where the surfaces would meet within the step.
+            // Newton's law where the surfaces would touch within the step.
             // Else they are left alone: the law of gaps would take a part of the blow before it.
             const bool meet = left + 0.5 * step.h * approach <= 0;
             all[c][0] = meet ? now + pair.restitution * std::min(approach, 0.0) : size / lever;

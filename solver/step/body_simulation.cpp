@@ -328,7 +328,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     const BeforeStep before = before_step();
     BodyStepReport kept = std::move(last);
     // Tries that end without a step leave marks in bodies and contacts: what is written then,
-    // and what --resume goes on from, is of the last step.
+    // and what --resume continues from, is of the last step.
     const auto take_back = [&] {
         last = std::move(kept);
         put_back(before);
@@ -440,7 +440,7 @@ RunSummary BodySimulation::conclude(const StepResult& last)
     s.finish();
     s.examine_forces();
     s.note_limits();
-    RunSummary whole = sum; // a run that goes on says it at its own end
+    RunSummary whole = sum; // a run that continues states it at its own end
     for (std::size_t b = 0; b < s.limits.size(); ++b)
         if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
             whole.warnings.push_back(std::move(told));

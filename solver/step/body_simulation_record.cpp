@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-// What a simulation of bodies tells of its steps and at its end.
+// What a simulation of bodies reports of its steps and at its end.
 
 namespace amontons {
 namespace {
@@ -61,7 +61,7 @@ StepRecord BodySimulation::State::record(double h, double seconds)
         const ContactPair& pair = pairs[std::size_t(k.pair)];
         ContactRecord r;
         r.point = k.point;
-        if (pair.small) { // found where the run began: told where the body is now
+        if (pair.small) { // found where the run began: reported where the body is now
             const SolidBody& solid = *system->refs[std::size_t(k.a)].solid;
             const auto node = std::size_t(k.id % kNodeNumbers);
             r.point += solid.places()[node] - solid.first_places()[node];
@@ -140,7 +140,8 @@ void BodySimulation::State::finish()
     summary.not_measured = system->finder.not_measured(system->refs);
 }
 
-/// Of the last step: which forces could be others. Of a run that goes on it is said at its own end.
+/// Of the last step: which forces could be others. Of a run that continues it is reported at its
+/// own end.
 void BodySimulation::State::examine_forces()
 {
     // Bodies hold the matrices of the step that was tried last.
@@ -152,7 +153,7 @@ void BodySimulation::State::examine_forces()
         return;
     }
     if (scene.time.path > 0) summary.undetermined_not_examined = {"all: balances along a path"};
-    if (!last.accepted) return; // no step since the run was resumed: what was said then stands
+    if (!last.accepted) return; // no step since the run was resumed: what was reported then stands
     UndeterminedForces found =
         undetermined_forces(*system, last, last_input, scene.accuracy.contact);
     summary.undetermined = std::move(found.pairs);

@@ -9,7 +9,7 @@
 
 // Bodies that are stable by their contacts alone (hyperelastic solids,
 // solver/body/solid_stabilisation.cpp; rods that are compressed beyond Euler's load along what
-// gives way): with their true matrices A, W = sum H A^-1 H^T is not positive, and no solver of
+// yields): with their true matrices A, W = sum H A^-1 H^T is not positive, and no solver of
 // contact problems takes it. With a diagonal Gamma on the rows of contacts that stay closed, r' = r
 // + Gamma u is the reaction of
 //   u = (1 + W Gamma)^-1 (W r' + q),
@@ -28,7 +28,7 @@ constexpr double kHolds[] = {1,   4,    16,  64,
 
 } // namespace
 
-/// Rows in which the last forces say that u = 0. @param sticking  tangents too
+/// Rows in which the last forces state that u = 0. @param sticking  tangents too
 Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
 {
     Eigen::VectorXd closed = Eigen::VectorXd::Zero(rows_.count);
@@ -50,7 +50,7 @@ Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
     return closed;
 }
 
-/// Where a contact that was to stay has opened or slipped, r' is not its reaction: it is let go.
+/// Where a contact that was to stay has opened or slipped, r' is not its reaction: it is released.
 /// @return  whether some was, and the problem is to be made anew
 bool BodyStepper::release_stabilised_rows()
 {
@@ -72,7 +72,8 @@ bool BodyStepper::release_stabilised_rows()
 }
 
 /// The contact problem with the bodies' true matrices. @param W  of each body, with its modes
-/// @return  false: none leans, or contacts do not hold them; the matrices that lean are to be used
+/// @return  false: none leans, or contacts do not hold them; the matrices that are inclined are to
+/// be used
 bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
                                    const std::vector<std::pair<int, double>>& soft)
 {
@@ -124,7 +125,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
     return false;
 }
 
-/// What has been found by the matrix that leans, by the true one.
+/// What has been found by the matrix that is inclined, by the true one.
 Eigen::VectorXd BodyStepper::unstabilised(std::size_t b, const Eigen::VectorXd& y) const
 {
     SolidBody* solid = system_.refs[b].solid;

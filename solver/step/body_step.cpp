@@ -48,7 +48,7 @@ void BodyStepper::linearise()
     report_.free_motion += watch.seconds();
 }
 
-/// Tells rods what of the contact forces is known: of the step before, or the iteration.
+/// Reports rods what of the contact forces is known: of the step before, or the iteration.
 /// @param known_too  nothing is, if false
 void BodyStepper::set_contact_forces(bool known_too)
 {
@@ -77,7 +77,7 @@ void BodyStepper::set_contact_forces(bool known_too)
         if (RodBody* rod = system_.refs[b].rod) rod->set_contact_forces(loads[b]);
 }
 
-/// Tells hyperelastic solids what is known of the contact forces on them from what stands still.
+/// Reports hyperelastic solids what is known of the contact forces on them from what stands still.
 void BodyStepper::pass_fixed_contact_forces()
 {
     const auto leans = [](const BodyRef& b) { return b.solid && b.solid->is_stabilised(); };
@@ -190,8 +190,8 @@ void BodyStepper::mark_sliding()
     }
 }
 
-/// Some contact that slid has stopped or turned back within the step, where the mean velocity says
-/// nothing of friction: the law of the end velocity is due.
+/// Some contact that slid has stopped or turned back within the step, where the mean velocity
+/// states nothing of friction: the law of the end velocity is due.
 bool BodyStepper::sliding_reversed()
 {
     bool some = false;
@@ -253,7 +253,7 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
 
 /// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
 /// each: Anderson's rule extrapolates them from those before, but not where nonlinear solids make
-/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration goes
+/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration passes
 /// back on the one before and does not at least halve the error (an edge that is on a facet or off
 /// it: two states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965
 /// as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
@@ -278,7 +278,7 @@ void BodyStepper::relax()
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
-    // Directions that nothing holds (a ball rolls) do not tell: the motion may grow along them.
+    // Directions that nothing holds (a ball rolls) do not report: the motion may grow along them.
     const bool shrinks =
         (motion_before_.size() == size && motion.norm() < kFast * motion_before_.norm()) ||
         (errors_.size() > 1 && errors_.back() < kFast * errors_[errors_.size() - 2]);
@@ -302,7 +302,7 @@ void BodyStepper::relax()
     const Eigen::VectorXd left = motion - made;
     for (std::size_t b = 0, first = 0; b < bodies(); ++b) {
         const auto own = Eigen::Index(y_[b].size() + mode_[b].size());
-        if (!body(b).nonlinear()) // of others the balance tells, where they are
+        if (!body(b).nonlinear()) // of others the balance reports, where they are
             left_out_ = std::hypot(left_out_, left.segment(Eigen::Index(first), own).norm());
         first += std::size_t(own);
     }
@@ -451,7 +451,7 @@ bool BodyStepper::run()
         const int patience = stabilised_in_step_ ? kLeanPatience : kUprightPatience;
         if ((stabilised_in_step_ || !true_tangent_.empty()) && i - halved >= patience &&
             turns < kMostTurns) {
-            stabilised_in_step_ = !stabilised_in_step_; // bodies that lean damp what jumps
+            stabilised_in_step_ = !stabilised_in_step_; // bodies that are inclined damp what jumps
             halved = i;
             ++turns;
         }
@@ -502,7 +502,7 @@ bool BodyStepper::run()
         return false;
     }
     report_modes();
-    if (rods_only_) set_contact_forces(true); // their tangent tells stability
+    if (rods_only_) set_contact_forces(true); // their tangent reports stability
     const std::string toppling_body = toppling();
     fill_report();
     report_.lag = frozen_ ? lag_ : 0;
@@ -560,7 +560,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
             const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
             report = {};
             // Steps in motion find contacts once, and are done again from their start with rows
-            // that are new: once. What slides on is met by the next step.
+            // that are new: once. What slides on is found by the next step.
             if (i > 0) own.add_rows = BodyStepOptions::AddRows::refused;
             if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
             tried.emplace(system, step, own, report);

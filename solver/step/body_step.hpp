@@ -61,7 +61,7 @@ struct BodyStepOptions {
     double tolerance = 1e-8;
     ContactSolver solver = ContactSolver::automatic;
     /// Solves contact problems in our place, given a warm start; none if empty. Where it has no
-    /// answer it says why, as the end of a sentence that begins with its name.
+    /// answer it gives the reason, as the end of a sentence that begins with its name.
     std::function<ContactSolution(const ContactProblem&, const SolverOptions&,
                                   const Eigen::VectorXd&, std::string& why)>
         outside;

@@ -143,7 +143,7 @@ private:
     void find_at_start();
 
     BodyContacts list_, list_before_, at_start_;
-    /// A contact that came and went, as it was found.
+    /// A contact that appeared and disappeared, as it was found.
     struct HeldContact {
         BodyContact contact;
         std::vector<StencilEntry> a, b;
@@ -189,11 +189,12 @@ private:
     bool stabilised_in_step_ = false; ///< that problem's iterations came to nothing
     std::string unheld_;
     std::string tipping_; ///< a body whose stress takes more of its hold than contacts have
-    std::vector<char> true_tangent_; ///< bodies whose true matrix is in W beside the one that leans
-    Eigen::VectorXd held_;           ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
-    Eigen::VectorXd held_r_;         ///< r' there
-    std::vector<char> released_;     ///< of each contact: 1 its tangents, 2 all of it
-    Eigen::MatrixXd taken_;          ///< q of the problem with it: (1 - taken) q
+    std::vector<char>
+        true_tangent_;       ///< bodies whose true matrix is in W beside the one that is inclined
+    Eigen::VectorXd held_;   ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_r_; ///< r' there
+    std::vector<char> released_; ///< of each contact: 1 its tangents, 2 all of it
+    Eigen::MatrixXd taken_;      ///< q of the problem with it: (1 - taken) q
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
@@ -215,10 +216,10 @@ private:
     };
     std::vector<IterationLog> iteration_log_;
     std::vector<BodySystem::Key> acting_, changed_; ///< of the last iteration; when last some did
-    bool swung_ = false; ///< rods alone: they went to and fro in this step
+    bool swung_ = false;                            ///< rods alone: they alternated in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made
-    double left_out_ = 0;   ///< the rest, of bodies whose balance no one looks at again [m or m/s]
+    double left_out_ = 0;   ///< the rest, of bodies whose balance no one examines again [m or m/s]
     Eigen::VectorXd made_before_;
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;

@@ -9,7 +9,7 @@
 #include <vector>
 
 // Plain values and vectors of them to bytes and back, in the machine's own layout: the state
-// inside a checkpoint, whose frame says which machine and scene it belongs to.
+// inside a checkpoint, whose frame specifies which machine and scene it belongs to.
 
 namespace amontons {
 
@@ -33,7 +33,7 @@ private:
     std::vector<std::byte> bytes_;
 };
 
-/// @throws InputError  where the bytes end early, go on too long, or hold an impossible size
+/// @throws InputError  where the bytes end early, continue too long, or hold an impossible size
 class ByteReader {
 public:
     explicit ByteReader(const std::vector<std::byte>& bytes) : bytes_(bytes) {}

@@ -371,7 +371,7 @@ NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
         WireBody& b = *c.wires[w];
         const NewtonReport report =
             solve_equilibrium(b.wire, b.walls, start[w], anchors[w], options, *b.work);
-        // Its factor is where the weakest mode is looked for.
+        // Its factor is where the weakest mode is searched for.
         c.base = c.system = BlockSkyline{};
         return report;
     }

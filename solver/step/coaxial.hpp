@@ -60,7 +60,7 @@ struct Coaxial {
 
 CoaxialStart mark_coaxial_start(const Coaxial& c);
 
-/// Reactions in the bores go along with the outer instruments; those of points that are now in a
+/// Reactions in the bores run along with the outer instruments; those of points that are now in a
 /// bore are forgotten.
 /// @param shift  of the wires' bases [m]
 void shift_coaxial_reactions(Coaxial& c, const std::vector<double>& shift);

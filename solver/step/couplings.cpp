@@ -266,7 +266,7 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
         std::array<int, 2> node{-1, -1};
     };
     std::vector<Sides> all(scene.couplings.size());
-    for (std::size_t k = 0; k < all.size(); ++k) { // all before a row: they say where pins are
+    for (std::size_t k = 0; k < all.size(); ++k) { // all before a row: they specify where pins are
         const CouplingInput& c = scene.couplings[k];
         for (std::size_t s = 0; s < 2; ++s) {
             for (std::size_t b = 0; b < bodies.size(); ++b)

@@ -15,10 +15,10 @@
 namespace amontons {
 namespace {
 
-constexpr double kTouchingShare = 1.0 / 6; // of an outside: what of it meets itself, at most
+constexpr double kTouchingShare = 1.0 / 6; // of an outside: what of it touches itself, at most
 constexpr double kMostTouching = 1.0 / 2;  // the same of all that it meets, together
 constexpr std::size_t kFewNodes = 2000;    // of a mesh: below, a factor is quicker whatever meets
-constexpr double kNearShare = 0.01;        // of the smaller body: what is so near may meet, too
+constexpr double kNearShare = 0.01;        // of the smaller body: what is so near may touch, too
 
 /// Whether every axis is prescribed somewhere. What is left free all the same (three nodes in a
 /// row) shows when the body is made.
@@ -145,7 +145,7 @@ LinearPlan choose_linear(const Scene& scene, std::span<const SolidInput> solids,
                     s.rows += (friction > 0 ? 3 : 1) *
                               touching_nodes(scene, solids, meshes, obstacles, i,
                                              *surfaces[k][side], laws[k].between[1 - side]);
-        // However many bodies it may meet, it has one outside.
+        // However many bodies it may touch, it has one outside.
         if (const ContactSurface* outside = outside_of(i))
             s.rows = std::min(s.rows, (friction > 0 ? 3.0 : 1.0) * kMostTouching *
                                           double(outside->outside.used_nodes.size()));
@@ -161,7 +161,7 @@ LinearPlan choose_linear(const Scene& scene, std::span<const SolidInput> solids,
                 dofs.push_back(held.dof);
             return dofs;
         };
-        // What gives way on both sides, or joints, need W.
+        // What is compliant on both sides, or joints, need W.
         s.columns = !scene.couplings.empty();
         for (const ContactLaw& law : scene.contact)
             for (std::size_t side = 0; side < 2; ++side)

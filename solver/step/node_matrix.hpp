@@ -24,7 +24,7 @@ public:
     const Block6& block(int row, int col) const { return block_[at(row, col)]; }
     /// A += s f h^T in one block.
     void add(int row, int col, const Column6& f, const Node6& h, double s);
-    /// Says that what is added is not symmetric.
+    /// States that what is added is not symmetric.
     void set_unsymmetric() { symmetric_ = false; }
 
     /// (A + A^T) / 2.

@@ -10,7 +10,7 @@
 #include <limits>
 
 // Pivoting contacts between open, stick and slip, for one wire (wire_pivot.cpp), for instruments
-// in one another (coaxial_pivot.cpp) and for rods (rod_problem.cpp). A System says which rows a
+// in one another (coaxial_pivot.cpp) and for rods (rod_problem.cpp). A System states which rows a
 // contact has and in which matrix:
 //
 //   Row                          of derivatives; with the nodes that it stands on:
@@ -30,7 +30,8 @@
 //   last_shift()                 of the last iterate of this solve that needed one [N/m]
 //   weigh(x)                     optional: x <- M x, by which a shift is added (negative_mode.hpp)
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
-//   has_compliant_walls(), pivot_compliant(...)   optional: walls that give way, see soft_pivot.hpp
+//   has_compliant_walls(), pivot_compliant(...)   optional: walls that are compliant, see
+//   soft_pivot.hpp
 
 namespace amontons::pivoting {
 

@@ -45,7 +45,8 @@ struct RodSystem : FourNodeRows<RodContact> {
     int lowest(std::size_t) const { return 0; }
     int highest(std::size_t) const { return last(); }
     bool follows(std::size_t k) const { return p.contact[k].follows; }
-    // Of neighbours that all let go one does in a trial: as many trials as the longest line needs.
+    // Of neighbours that all released one does in a trial: as many trials as the longest line
+    // needs.
     int most_trials() const
     {
         return pivoting::kTrials + pivoting::StallCounter::kApart + (p.hasty ? 0 : p.most_on_one);

@@ -97,7 +97,7 @@ struct NegativeMotion {
 std::optional<NegativeMotion> negative_motion(RodProblem& work,
                                               const std::vector<RodContactState>& contacts);
 
-/// A motion of rods that lean on contacts which takes no force: neither their own stiffness nor
+/// A motion of rods that rest on contacts which takes no force: neither their own stiffness nor
 /// holds, closed contacts, friction or loads resist it. Linearised as for negative_motion().
 /// @return  of each body, as NegativeMotion::motion; nothing where all are held
 /// Cost: a factorisation and some solves.

@@ -19,7 +19,7 @@ namespace amontons {
 
 struct RecordedProblem; // solver/step/recorded_problem.hpp
 
-/// Told of every finished step. One virtual call a step.
+/// Reported of every finished step. One virtual call a step.
 class StepObserver {
 public:
     virtual ~StepObserver() = default;
@@ -43,7 +43,7 @@ struct BodyPlan {
     std::vector<SetSize> sets = {}; ///< of a solid
 };
 
-/// What a body looks like and how it fares, for files and pictures.
+/// What a body resembles and how it fares, for files and pictures.
 struct BodyRecord {
     std::string name;
     const VolumeMesh* elements = nullptr; ///< of a solid: its cells; else triangles. Lives as long
@@ -51,15 +51,15 @@ struct BodyRecord {
     std::vector<Vec3> points;             ///< now [m]
     std::vector<std::array<std::int32_t, 3>> triangles;
     std::vector<Field> point_fields, cell_fields;
-    double stress_round_off = 0; ///< of a solid: a smaller stress says nothing [Pa]
+    double stress_round_off = 0; ///< of a solid: a smaller stress gives no information [Pa]
 };
 
 /// What one call of Simulation::step() came to.
 struct StepResult {
     enum class Outcome {
-        accepted,    ///< a step was taken: `record` tells of it
+        accepted,    ///< a step was taken: `record` reports of it
         done,        ///< the scene's end, or `not_beyond`, is reached already: nothing was done
-        failed,      ///< `message` says why; the state is that of the last accepted step
+        failed,      ///< `message` gives the reason; the state is that of the last accepted step
         interrupted, ///< by `stop`; the state is that of the last accepted step
     };
     Outcome outcome = Outcome::done;
@@ -75,7 +75,7 @@ struct InputInfo {
     double upper = std::numeric_limits<double>::infinity();
 };
 
-/// The smallest step, of the longest, where the scene does not say.
+/// The smallest step, of the longest, where the scene does not state.
 constexpr double kDefaultSmallest = 1.0 / 1024;
 
 /// The only owner of bodies: made once from a scene, then advanced step by step.
@@ -91,7 +91,7 @@ public:
     /// One accepted step, retries of a shorter one included. The first of all is step 0, the state
     /// that the run begins from (unless the state was restored). A step that fails or is
     /// interrupted leaves the state of the last accepted one, and can be asked for again.
-    /// @param stop        looked at between steps, and in long ones
+    /// @param stop        examined between steps, and in long ones
     /// @param not_beyond  the step ends there at the latest [s], exactly there if it comes near.
     /// Where
     ///                    this cuts a step, the length of the next one is as if it had not
@@ -99,11 +99,11 @@ public:
     virtual StepResult step(const std::atomic<bool>& stop,
                             double not_beyond = std::numeric_limits<double>::infinity()) = 0;
 
-    /// All that is told at the end of a run, or between two steps.
-    /// @param last  what step() said last
+    /// All that is reported at the end of a run, or between two steps.
+    /// @param last  what step() stated last
     virtual RunSummary conclude(const StepResult& last) = 0;
 
-    /// Adds time that was spent on what a step tells, for the sums of the next ones [s].
+    /// Adds time that was spent on what a step reports, for the sums of the next ones [s].
     virtual void spent_on_output(double seconds) = 0;
 
     /// Steps to the scene's end, or until `stop` is set. Calls the observer with each step.
@@ -130,7 +130,7 @@ public:
     virtual LinearPlan linear_plan() const { return {}; }
 
     /// Largest contact force seen on each vertex of an obstacle's surface [N]; empty where it is
-    /// not looked at (scenes without beams).
+    /// not examined (scenes without beams).
     virtual std::vector<double> max_contact_force(std::size_t obstacle) const = 0;
 
     /// The contact problems of the last step. For an observer: they cost as much as some steps,
@@ -151,15 +151,15 @@ public:
     virtual void restore(const std::vector<std::byte>& state) = 0;
 };
 
-/// How a scene is solved, beside what it says itself.
+/// How a scene is solved, beside what it specifies itself.
 struct SimulationOptions {
     std::string cache;  ///< folder of factors and of samples of walls; "": none
     int threads = 1;    ///< of the contact solver, and of the sampling of walls
-    bool refuse = true; ///< where the memory does not suffice; else linear_plan() says so
+    bool refuse = true; ///< where the memory does not suffice; else linear_plan() reports it
 };
 
-/// @throws InputError  if a body cannot be made as the scene says (e.g. the wire starts inside a
-/// wall)
+/// @throws InputError  if a body cannot be made as the scene specifies (e.g. the wire starts inside
+/// a wall)
 std::unique_ptr<Simulation> make_simulation(const Scene& scene, std::vector<Obstacle> obstacles,
                                             const SimulationOptions& options = {});
 

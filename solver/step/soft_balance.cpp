@@ -23,17 +23,17 @@ constexpr double kShare = 0.03;          // ... and of the walls' last error
 constexpr int kPatience = 12;            // looks with a tangent before another is made
 constexpr int kMostTangents = 3;         // made in one solve
 constexpr int kMostHalvings = 5;
-constexpr double kDependent = 1e-10; // differences that tell nothing new
+constexpr double kDependent = 1e-10; // differences that report nothing new
 
 struct Past {
-    Eigen::VectorXd offset, off, answer; ///< changes from one look to the next [m], [N], [m]
+    Eigen::VectorXd offset, off, answer; ///< changes from one evaluation to the next [m], [N], [m]
 };
 
 struct Search {
     std::size_t wall = 0;
     SoftTube* tube = nullptr;
     WallState state;
-    Eigen::VectorXd off, answer; ///< imbalance of the last look, and the tangent's answer to it
+    Eigen::VectorXd off, answer; ///< imbalance of the last sample, and the tangent's answer to it
     Eigen::VectorXd offset;      ///< of that look
     std::vector<Past> past;
     double largest = 0; ///< imbalance of a node [N]

@@ -7,7 +7,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 
-// Pivoting where walls give way: one linearised problem with the whole derivative of wire and
+// Pivoting where walls are compliant: one linearised problem with the whole derivative of wire and
 // walls. Each contact has five ports, rows of the wire's unknowns: its point's motion along
 // (n, t1, t2) and what the section's spin adds to the two slips; those of all points come first.
 // With the motions x = U^T d of the ports, forces U p on them, reactions' changes rho, the factor
@@ -31,7 +31,7 @@ namespace amontons::pivoting {
 
 constexpr double kRhoPorts = 10;       // of M, relative to the wire's stiffness
 constexpr double kNearContact = 0.1;   // of the wire's radius: gaps that matter from the start
-constexpr double kNearSolution = 1e-3; // error below which stability is looked at as a whole
+constexpr double kNearSolution = 1e-3; // error below which stability is examined as a whole
 constexpr int kCircles = 12;           // trials that should have been enough
 constexpr int kMostTrials = 400;       // small dense systems: one contact at a time ends at last
 constexpr int kSweeps = 200;           // of Gauss-Seidel's method
@@ -209,7 +209,7 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
     return t;
 }
 
-/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting goes in circles: many
+/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting enters circles: many
 /// points close to one another on a wall, all of them candidates for the same force.
 template <class System> void sweep_statuses(System& s, const CompliantProblem& p)
 {
@@ -272,7 +272,7 @@ template <class System> bool stable_together(System& s, const CompliantProblem& 
     return is_positive_definite(std::move(left));
 }
 
-/// As pivot(), with walls that give way.
+/// As pivot(), with walls that are compliant.
 template <class System>
 bool pivot_compliant(System& s, const Residual& res, const NewtonOptions& options, double& shift,
                      NewtonReport& report)

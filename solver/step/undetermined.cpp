@@ -18,8 +18,8 @@
 //     |W found|, in motion:                                 |u + W d| <= eps |W found|,
 //
 // with u the gaps and slips that the step has left, W of elastic bodies and springs, in motion of
-// masses, too, and a the rigid motions that go along. Groups of bodies that touch each other are
-// looked at one by one: what stands still or is led parts them. Most pairs are found to be
+// masses, too, and a the rigid motions that run along. Groups of bodies that touch each other are
+// examined one by one: what stands still or is led parts them. Most pairs are found to be
 // determined by these bounds alone; for others linear programs find the ends.
 
 namespace amontons {
@@ -258,7 +258,7 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
         set.contact.push_back(k);
     }
 
-    const bool moves = is_elastic(group) && !input_.dynamic; // motions go with other reactions
+    const bool moves = is_elastic(group) && !input_.dynamic; // motions follow other reactions
     const std::vector<Balance> balances = balances_of(group, rows, r);
     Eigen::Index motions = 0;
     double largest = 0;
@@ -389,7 +389,7 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
     if (judged > kMostJudged || rows.count > kMostReactions) {
         out.not_examined.push_back(fmt::format(
             "{}: {} balances and closed contacts with {} reactions; up to {} and {} are "
-            "looked at",
+            "examined",
             names(group), judged, rows.count, kMostJudged, kMostReactions));
         return;
     }

@@ -126,7 +126,7 @@ ViscousPull inertia_pull(const WireBody& b, const WireState& old, double h)
 // What implicit Euler, damping and impact take out is the work against inertia and damping, less
 // what became kinetic energy, less what contact gave beside friction; each by the trapezoid rule
 // of the force. For an oscillator that is 1/2 m |dv|^2 + 1/2 k |dx|^2 a step. Mass that comes out
-// of the sheath brings its kinetic energy along, and the drive has given it; what goes in takes it
+// of the sheath brings its kinetic energy along, and the drive has given it; what enters takes it
 // away.
 void update_dynamics(WireBody& b, const WireState& old, const StepStart& start, double h,
                      EnergyRecord& energy)

@@ -17,7 +17,7 @@ struct GroupState {
 
 GroupState state_of(const WireGroup& group);
 void restore(WireGroup& group, const GroupState& state);
-/// Puts the wires back and says why.
+/// Puts the wires back and gives the reason.
 void refuse(WireGroup& group, const GroupState& keep, StepReport& report, std::string why);
 
 /// Where an increment begins: slip and friction's work are counted from there.

@@ -71,7 +71,7 @@ RecordedProblem contact_problem(const WireBody& body)
         for (Eigen::Index i = 0; i < 3 * n; ++i)
             W(i, j) = along(x, *chosen[static_cast<std::size_t>(i / 3)], row(i));
     }
-    if (n > 0) { // walls that give way
+    if (n > 0) { // walls that are compliant
         const Eigen::MatrixXd compliance = compliance_of_walls(body.walls, body.work->candidates);
         const auto direction = [&](Eigen::Index i) -> const Vec3& {
             const Candidate& c = *chosen[static_cast<std::size_t>(i / 3)];

@@ -41,7 +41,7 @@ std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
                 seed = seed * 1664525u + 1013904223u;
                 n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b->element_size : 1);
             }
-            // along the section's axes: no axis of space decides which way it goes
+            // along the section's axes: no axis of space decides which way it passes
             const Vec3 x = rotation_matrix(b->wire.state.nodes[std::size_t(i)].q) *
                            Vec3(n.value[0], n.value[1], n.value[2]);
             for (int k = 0; k < 3; ++k)
@@ -229,8 +229,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
             base_moved = true;
         }
         // Another mesh holds the same shape with another energy (what was one element with the mean
-        // of two curvatures is two, and its middle line is found anew): what goes with that is no
-        // work of the pull along the nodes' motion. There what is released is what is gone.
+        // of two curvatures is two, and its middle line is found anew): what follows that is no
+        // work of the pull along the nodes' motion. There what is released is what is lost.
         r.released += meshed ? energy - after - friction : viscous;
         r.energy.friction += friction;
         energy = after;

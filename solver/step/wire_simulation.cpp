@@ -25,7 +25,7 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
-/// Before the names of a wire's quantities: of one wire alone nothing tells it apart.
+/// Before the names of a wire's quantities: of one wire alone nothing shows it apart.
 std::string wire_prefix(const Scene& scene, std::size_t wire)
 {
     return scene.beams.size() > 1 ? scene.beams[wire].name + "_" : "";
@@ -290,7 +290,7 @@ void WireSimulation::State::note_forces(const StepRecord& r)
     }
 }
 
-/// Looks at walls that give way as they are now: at frames, and at the end.
+/// Examines walls that yield as they are now: at frames, and at the end.
 void WireSimulation::State::note_walls()
 {
     wall_moved.resize(vessels.size(), 0);
@@ -314,7 +314,7 @@ void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
         WireHistory& k = history[w];
         const WireState& s = wires[w].wire.state;
         if (s.base_insertion < k.cap) {
-            // Pulled back from an opening: it may go on another way.
+            // Pulled back from an opening: it may continue another way.
             if (insertion(w, time) < k.cap)
                 k.cap = std::numeric_limits<double>::infinity(), k.opening = -1;
         }
@@ -526,7 +526,7 @@ RunSummary WireSimulation::conclude(const StepResult& last)
     sum.message = last.message;
     s.finish(sum);
     s.note_walls();
-    RunSummary whole = sum; // a run that goes on says it at its own end
+    RunSummary whole = sum; // a run that continues states it at its own end
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
         if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
             whole.warnings.push_back(std::move(told));

@@ -41,7 +41,7 @@ struct WireSimulation::State {
     std::vector<WireOverlap> overlap;                ///< of each wire at the last accepted state
     std::vector<std::unique_ptr<BoundingTree>> tree; ///< made when a contact first needs it
     std::vector<std::vector<double>> max_force;      ///< per obstacle and vertex [N]
-    std::vector<double> wall_moved; ///< of each vessel's wall the most that was looked at [m]
+    std::vector<double> wall_moved; ///< of each vessel's wall the most that was examined [m]
 
     bool started = false;
     double time = 0, step_length = 0;
@@ -116,7 +116,7 @@ struct WireSimulation::State {
     Kept keep() const;
     void put_back(const Kept& kept);
     /// The same with what tries that are given up leave behind: where points of contact are and are
-    /// looked for, where tangents are taken.
+    /// searched for, where tangents are taken.
     struct Unmoved {
         struct OfWire {
             int halvings = 0;

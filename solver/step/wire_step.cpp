@@ -16,7 +16,7 @@ constexpr double kEnergyFloor = 0.5;
 constexpr const char* kBalanceRefused = "energy balance";
 
 /// What the mean of the loads at both ends of a step may miss of the bases' work, if in between
-/// they go from one to the other without turning back [J].
+/// they run from one to the other without turning back [J].
 double most_of_course(const WireGroup& g, const GroupState& old,
                       const std::vector<BaseLoad>& before)
 {

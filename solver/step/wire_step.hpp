@@ -64,7 +64,7 @@ struct StepReport {
     int passed_through = 0; ///< contact points beyond a wall
 };
 
-/// Where a base goes: the length of wire past the sheath's rigid end, and its twist.
+/// Where a base is: the length of wire past the sheath's rigid end, and its twist.
 struct BaseTarget {
     double insertion = 0;    ///< [m]
     double twist = 0;        ///< [rad]
@@ -104,7 +104,7 @@ struct GradientFlow {
 /// The same by damped relaxation, for bases close to the present ones: for a state that has
 /// lost its stability. Always leaves the present branch if it is unstable.
 /// @param part  if given, wires that are not at rest at its end are left in their motion; the next
-///              call goes on from there, whatever the bases are by then
+///              call continues from there, whatever the bases are by then
 StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to,
                       GradientFlow* part = nullptr);
 

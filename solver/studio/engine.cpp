@@ -215,7 +215,7 @@ void Engine::write_requests(int stream, int number)
             gone = n == 0 || (n < 0 && errno != EINTR);
         }
         lock.lock();
-        if (gone) break; // its end is told by who reads
+        if (gone) break; // its end is reported by who reads
     }
     lock.unlock();
     ::close(stream);
@@ -300,7 +300,7 @@ void Engine::report_state()
               .dump());
 }
 
-/// Asks for the state that resume() goes on from.
+/// Asks for the state that resume() continues from.
 void Engine::keep_state()
 {
     if (saving_) return;
@@ -451,7 +451,7 @@ void Engine::read_frames(int stream, int number)
     }
 }
 
-/// The process has closed its end: tells how it ended.
+/// The process has closed its end: reports how it ended.
 void Engine::ended(int number)
 {
     std::unique_lock lock(mutex_);

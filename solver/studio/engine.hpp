@@ -17,11 +17,11 @@ namespace amontons::studio {
 using Json = nlohmann::ordered_json;
 
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`. Whatever happens
-/// to it, the server lives on and tells why. For many threads.
+/// to it, the server lives on and gives the reason. For many threads.
 class Engine {
 public:
     /// @param program  amontons
-    /// @param tell     called with each line that the page is to know, without its end; by any
+    /// @param report     called with each line that the page is to know, without its end; by any
     ///                 thread
     Engine(std::string program, std::function<void(std::string)> tell);
     Engine(const Engine&) = delete;
@@ -36,8 +36,8 @@ public:
     /// Ends it, now.
     void stop();
     /// Starts it again after its end, in the scene as it was changed, from the last state that it
-    /// has told of: saved where it stood still and every few seconds of a run.
-    /// @throws std::runtime_error  there is nothing to go on from
+    /// has reported of: saved where it stood still and every few seconds of a run.
+    /// @throws std::runtime_error  there is nothing to continue from
     void resume();
 
     /// Sends a request and waits for its answer.
@@ -80,7 +80,7 @@ private:
     std::deque<std::string> to_send_; ///< by a thread: the engine may be in a long step
     std::condition_variable changed_;
     Process process_;
-    int number_ = 0; ///< of the process: what an older one says is passed over
+    int number_ = 0; ///< of the process: what an older one states is passed over
     std::string state_ = "none", reason_, scene_, last_error_;
     std::vector<std::string> set_;    ///< of the scene, as it was started or changed since
     std::map<std::string, Json> led_; ///< inputs, as they were last set

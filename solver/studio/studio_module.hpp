@@ -24,7 +24,7 @@ struct AmontonsStudio {
 };
 
 /// Serves until it is to end.
-/// @return  "" or what went wrong; lives as long as the module
+/// @return  "" or what failed; lives as long as the module
 const char* amontons_studio_serve(const AmontonsStudio* how);
 }
 

@@ -39,7 +39,7 @@ struct Spheres {
 };
 GlobalProblem spheres(const Spheres& s);
 
-/// Slender rods that slide on their lower ends and lean on one another: the normal reaction of a
+/// Slender rods that slide on their lower ends and rest on one another: the normal reaction of a
 /// sliding end is mostly made by its own friction (Painlevé).
 struct Rods {
     int count = 12;

@@ -459,7 +459,7 @@ async function setField(path: string, value: any, old: any, undoing = false): Pr
     say(`${path} is ${JSON.stringify(value)} from t = ${shortNumber(answer.time)} s on`);
     return true;
   }
-  // Bodies of another make do not go on from the state of these: that needs a new start.
+  // Bodies of another make do not continue from the state of these: that needs a new start.
   if ((answer.issues ?? []).some((i) => i.file === "checkpoint")) {
     const again = async () => {
       const undone = [...undoList, { path, old, set: start.set }];

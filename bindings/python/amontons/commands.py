@@ -66,7 +66,7 @@ def study(scene, *, sweep, quantity, reference="finest", output, jobs=1, max_tim
 
     scene: a file, a Scene or a dict; what is no file as it stands is written to OUTPUT.json. sweep:
     {"time.step": [0.1, 0.05]}. quantity: a name of a run's quantities. reference: "finest", a number or a file.
-    output: the folder; a study that is there goes on. max_time: wall time of a run [s].
+    output: the folder; a study that is there continues. max_time: wall time of a run [s].
 
     Returns a Study. Raises InputError, or SolveFailed if no run got there.
     """
@@ -96,7 +96,7 @@ def validate(*cases, suite=None, report=None):
     """Compares with published results; all cases without arguments. suite: "benchmarks", "stability" or "random".
     report: a folder for HTML, CSV and plots.
 
-    Returns a list of dicts as `amontons validate --json`; a case that failed is a row that says so.
+    Returns a list of dicts as `amontons validate --json`; a case that failed is a row that reports it.
     """
     arguments = ["validate", *(os.fspath(c) for c in cases)]
     if suite is not None:

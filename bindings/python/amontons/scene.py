@@ -13,7 +13,7 @@ class Scene:
 
     source: a file, or a dict as json.load gives it (numpy's numbers and arrays are taken).
     set: {"contact.0.friction": 0.2}: values in place of the source's.
-    folder: where relative files are looked for; default the file's folder, of a dict the current one.
+    folder: where relative files are searched for; default the file's folder, of a dict the current one.
 
     Raises InputError with all that is wrong in `issues`.
 
@@ -57,7 +57,7 @@ class Scene:
         return Scene._of(self._text.changed(overrides(set)))
 
     def check(self):
-        """What `amontons check --json` says, as a dict: bodies, surfaces, pairs, uses, leaves_out, predicted.
+        """What `amontons check --json` states, as a dict: bodies, surfaces, pairs, uses, leaves_out, predicted.
 
         Makes the bodies and runs nothing. Raises InputError as Simulation would.
         """

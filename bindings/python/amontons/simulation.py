@@ -22,7 +22,7 @@ class RunSummary:
     """What a run came to: names as in manifest.json and `amontons run --json`."""
 
     status: str  #: "done", "interrupted" or "failed"
-    message: str  #: why it ended; "" if nothing to say
+    message: str  #: why it ended; "" if nothing to report
     steps: int
     time: float  #: reached [s]
     quantities: Mapping  #: at the end, and largest values
@@ -192,7 +192,7 @@ class Simulation(_native.Stepper):
         """Steps to the scene's end.
 
         output: a folder for the files of `amontons run`; None writes none. on_step: called with the StepRecord of
-        every `every`-th step, the first included; returning True ends the run. resume: goes on from the folder's
+        every `every`-th step, the first included; returning True ends the run. resume: continues from the folder's
         checkpoint. Returns a RunSummary. Raises SolveFailed, with `summary` and `record`, when a step fails;
         the files then hold all that was reached. Ctrl-C raises KeyboardInterrupt between two steps; the run can be
         resumed.
@@ -202,7 +202,7 @@ class Simulation(_native.Stepper):
         if isinstance(every, bool) or not isinstance(every, (int, np.integer)) or every < 1:
             refuse("every", repr(every), "a whole number >= 1")
         if resume and output is None:
-            refuse("resume", "no output", "the folder of the run to go on with")
+            refuse("resume", "no output", "the folder of the run to continue with")
         files = None
         if output is not None:
             output = os.fspath(output)

@@ -215,7 +215,7 @@ TEST_CASE("the operator of a beam foresees the next step of the full simulation"
             worst = std::max(worst, error);
             most = std::max(most, full.norm());
 
-            // At its end the operator has the step that was looked ahead; half way it has W, J and
+            // At its end the operator has the step that was predicted; half way it has W, J and
             // the stiffness as well.
             HandPose middle = pose;
             middle.position = start.position + 1e-3 * (k - 0.5) * way;
@@ -233,7 +233,7 @@ TEST_CASE("the operator of a beam foresees the next step of the full simulation"
     }
 }
 
-TEST_CASE("a contact of a wire that opens lets go of it")
+TEST_CASE("a contact of a wire that opens releases it")
 {
     // The example's catheter at 165 mm, where it rolls from one contact to the next. Springs that
     // hold both of them hold its tangent: an error of 0.68 after this millimetre.
@@ -280,7 +280,7 @@ TEST_CASE("a contact of a wire that opens lets go of it")
 TEST_CASE("contacts of a wire whose turn comes within a period are foretold when it comes")
 {
     // The example's catheter from 144 mm on at 0.1 m/s: the force turns where it rolls from one
-    // contact to the next. One look, at the period's end, is off by 3 % between.
+    // contact to the next. One evaluation, at the period's end, is off by 3 % between.
     Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_catheter/scene.json");
     place_introducers(scene);
     WireWorld w(scene);
@@ -365,7 +365,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
     WireBody body = make_held_rod(scene, scene.rods[0], obstacles, set.link.spring, near, warnings);
     WireGroup group{{&body}, nullptr};
     const std::vector<BaseTarget> base{{0, 0}};
-    // Down on the balls, and across them until nothing but a snap goes on.
+    // Down on the balls, and across them until nothing but a snap continues.
     HandPose pose = device_of(body.wire);
     WireState before = body.wire.state;
     int k = 0;
@@ -409,7 +409,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
           0.05 * force.norm()); // [regression] our own run
 }
 
-TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is not jerked" *
+TEST_CASE("by the clock a rod's snaps continue over several steps and the hand is not jerked" *
           doctest::test_suite("slow"))
 {
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);

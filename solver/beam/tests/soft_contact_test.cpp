@@ -87,7 +87,7 @@ Pressed some_points(SoftTube& tube)
         p.ft.push_back(0.008 * c.tangent + 0.004 * c.tangent.cross(out));
         p.r.push_back(k == 1 ? 0.06 : 0.04);
     }
-    for (int round = 0; round < 30; ++round) { // to where the wall has gone
+    for (int round = 0; round < 30; ++round) { // to where the wall is
         const Answer a = settle(tube, p);
         for (std::size_t k = 0; k < p.x.size(); ++k) {
             p.x[k] -= a.contact[k].gap * a.contact[k].n;
@@ -223,7 +223,7 @@ TEST_CASE(
     CHECK((springs - springs.transpose()).norm() < 1e-9 * springs.norm());
 }
 
-TEST_CASE("forces under which a soft wall has no shape are said to be so without a look around")
+TEST_CASE("forces under which a soft wall has no shape are called so without an evaluation around")
 {
     SoftTube tube = twice_bent_tube(0);
     BeamSegment g;

@@ -62,7 +62,7 @@ struct Pressed {
     {
         return LargeMatrix(mesh, pattern, material, of_mass, 1, held, true);
     }
-    /// The plane's normal leans by `tilt`; the bottom touches it everywhere.
+    /// The plane's normal is inclined by `tilt`; the bottom touches it everywhere.
     LargeContactProblem problem(double mu, double tilt)
     {
         LargeContactProblem p;
@@ -240,7 +240,7 @@ TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
 }
 
-TEST_CASE("a linear solve that does not get there says so and what is not a number is an error" *
+TEST_CASE("a linear solve that does not get there reports it and what is not a number is an error" *
           doctest::test_suite("slow"))
 {
     if (no_module()) return;
@@ -321,7 +321,7 @@ TEST_CASE("a stop is obeyed where nothing touches too" * doctest::test_suite("sl
     CHECK(done.error <= options.tolerance);
 }
 
-TEST_CASE("matrices that are gone leave nothing behind" * doctest::test_suite("slow"))
+TEST_CASE("matrices that no longer exist leave nothing behind" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     const Pressed block(ElementKind::H8, 16);

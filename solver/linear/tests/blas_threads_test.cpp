@@ -46,7 +46,7 @@ TEST_CASE(
         CHECK(get() == 2);
     }
     CHECK(get() == 2);
-    std::vector<std::thread> threads; // whoever comes first and goes last
+    std::vector<std::thread> threads; // whoever comes first and is last
     for (int k = 0; k < 4; ++k)
         threads.emplace_back([] {
             for (int i = 0; i < 200; ++i)

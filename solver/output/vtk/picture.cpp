@@ -85,7 +85,7 @@ vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const RenderData&
     auto renderer = renderer_of(rectangle);
     for (const Poly& wall : result.walls)
         renderer->AddActor(wall_actor(wall, view));
-    for (const Poly& solid : instant.solids) { // a wall that gives way
+    for (const Poly& solid : instant.solids) { // a wall that is compliant
         const auto faces = vtkSmartPointer<vtkPolyData>::New();
         faces->ShallowCopy(solid);
         faces->SetLines(nullptr);

@@ -5,7 +5,7 @@
 
 using namespace amontons;
 
-TEST_CASE("sparse W of many bodies is the sum of what each of them says")
+TEST_CASE("sparse W of many bodies is the sum of what each of them states")
 {
     // A chain of bodies, each with the rows of two contacts; one row of none, one that a body has
     // on both sides, and springs on three of them.

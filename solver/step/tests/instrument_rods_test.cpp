@@ -166,7 +166,7 @@ TEST_CASE("a wire is pushed with what it exerts on a solid")
     CHECK(r.summary.uncertified_steps == 0);
 }
 
-TEST_CASE("an introducer that would give way by much is told of")
+TEST_CASE("an introducer that would yield by much is reported of")
 {
     // A tip that is drawn aside stretches the wire; as much of it is in the introducer.
     const auto drawn = [](double aside) {
@@ -188,7 +188,7 @@ TEST_CASE("an introducer that would give way by much is told of")
     CHECK(!told(drawn(1e-4)));
 }
 
-TEST_CASE("what instruments cannot do beside other bodies is said with its place")
+TEST_CASE("what instruments cannot do beside other bodies is reported with its place")
 {
     const std::string good = pushed(R"("generate": "ball", "radius": 0.002)", 10);
     CHECK(wrong_in(good) == "");
