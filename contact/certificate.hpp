@@ -10,6 +10,7 @@
 
 namespace amontons {
 
+/// How a solve ended.
 enum class SolveStatus {
     converged,    ///< error <= tolerance
     at_round_off, ///< error <= threshold: as good as numbers allow, which is less than was asked
@@ -34,6 +35,7 @@ enum class ContactSolver {
     newton,    ///< semismooth Newton after sweeps
     path       ///< Newton along a central path
 };
+/// All solvers, in the order of the enumeration.
 constexpr ContactSolver kContactSolvers[] = {ContactSolver::automatic, ContactSolver::nsgs,
                                              ContactSolver::anderson,  ContactSolver::uzawa,
                                              ContactSolver::newton,    ContactSolver::path};
@@ -54,6 +56,8 @@ struct InfeasibilityProof {
     std::vector<int> contacts; ///< those with direction > 0
 };
 
+/// Status and errors of a solution, recomputed from (W, q, mu, r) alone:
+/// docs/theory/certificate.md.
 struct Certificate {
     SolveStatus status = SolveStatus::stagnated;
     double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
@@ -76,10 +80,11 @@ struct Certificate {
     ContactSolver solver = ContactSolver::nsgs; ///< the one that ran
     ContactLevel level = ContactLevel::position;
     int iterations = 0;
-    double seconds = 0;       ///< wall time of the solve
+    double seconds = 0;       ///< wall time of the solve [s]
     InfeasibilityProof proof; ///< empty unless infeasible
 };
 
+/// The status as result files write it: "converged", "at_round_off", ...
 const char* name(SolveStatus status);
 const char* name(ContactSolver solver); ///< "auto", "nsgs", "anderson", "uzawa", "newton", "path"
 
@@ -115,7 +120,7 @@ public:
     {
         return in_long_double_if_doubtful(r, u, residuals, limit, true);
     }
-    /// The same for who only has to know whether it is below the limit.
+    /// The same for who only has to know whether it is below the limit. Error (relative).
     double decided(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
                    double limit) const
     {
@@ -141,6 +146,7 @@ public:
     ErrorScope scope() const { return scope_; }
     double rho() const { return rho_; }                         ///< [N/m]
     double rho(int contact) const { return own_rho_[contact]; } ///< [N/m]
+    /// The first row of a contact in u, r and q.
     int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
 
 private:

@@ -37,6 +37,7 @@ struct SolverOptions {
     /// with W + alpha, alpha so small that the answer solves the problem as it is.
     bool least_norm = false;
 
+    /// Options of block Gauss-Seidel and its acceleration.
     struct Nsgs {
         /// symmetric: every second sweep runs backwards. Forward took 70 sweeps where symmetric
         /// took 226, on stacked elastic layers (docs/theory/contact.md).
@@ -48,6 +49,7 @@ struct SolverOptions {
         double freeze = 0.3;
     } nsgs;
 
+    /// Options of the predictor and projection.
     struct Uzawa {
         /// own_block: one rho per contact, the inverse of its block's norm, contact after contact.
         /// adaptive: all contacts at once, a common factor on rho that follows the rate.

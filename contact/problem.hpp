@@ -10,6 +10,7 @@
 
 namespace amontons {
 
+/// The law of a contact: three rows with friction, one without, three bilateral ones.
 enum class ContactKind {
     frictional,   ///< 3 rows (n, t1, t2): Signorini and Coulomb
     frictionless, ///< 1 row (n): Signorini, 0 <= u ⟂ r >= 0
@@ -36,7 +37,7 @@ struct ContactProblem {
 };
 
 /// |W - W^T| / |W| above which W is refused: the law of reciprocal motion is then violated by
-/// more than any condensation's round-off.
+/// more than any condensation's round-off. Ratio.
 constexpr double kMaxAsymmetry = 1e-2;
 
 /// Number of contacts.
@@ -45,6 +46,7 @@ inline int contact_count(const ContactProblem& problem)
     return static_cast<int>(problem.mu.size());
 }
 
+/// The kind of a contact of a problem.
 inline ContactKind kind_of(const ContactProblem& problem, int contact)
 {
     return problem.kind.empty() ? ContactKind::frictional

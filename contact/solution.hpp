@@ -8,7 +8,9 @@ namespace amontons {
 
 /// One examine the error on the way.
 struct ErrorPoint {
+    /// Sweeps, projections or Newton steps so far.
     int iteration = 0;
+    /// Wall time since the start [s].
     double seconds = 0;
     double error = 0; ///< natural map, relative [-]
 };

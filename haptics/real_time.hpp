@@ -12,6 +12,7 @@
 
 namespace amontons {
 
+/// How the loop's thread runs.
 struct RealTimeOptions {
     double duration = 1;           ///< [s]
     double period = 1e-3;          ///< of the loop [s]
@@ -35,6 +36,7 @@ struct RealTimeOptions {
     std::function<void(long periods)> advance;
 };
 
+/// What a run by the clock measured.
 struct RealTimeRun {
     std::vector<TickRecord> records;
     std::string scheduling; ///< what was had, and what was refused, and how to get it
@@ -44,8 +46,9 @@ struct RealTimeRun {
     /// By the kernel, on the whole machine, meanwhile: it moves locked pages, too, and one that is
     /// on its way faults, unless the sysctl vm.compact_unevictable_allowed is 0.
     long pages_moved = 0;
-    // Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
+    /// Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
     std::vector<double> bare_wake;
+    /// Ticks that the bare thread missed.
     long bare_missed = 0;
     double step_rate = 0;    ///< of the simulation, over its last whole second [1/s]; 0: none yet
     double slowest_step = 0; ///< of the simulation, publication included [s]

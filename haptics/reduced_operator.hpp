@@ -19,7 +19,9 @@ constexpr int kMostWays = 6;   ///< of an operator
 /// Where a displacement lies among a way's looks: between sample - 1 (for 0: the pose itself) and
 /// look, with these weights.
 struct PathBlend {
+    /// Number of the sample before.
     int look = 0;
+    /// Weights of the samples before and after.
     double before = 0, there = 0;
 };
 
@@ -68,6 +70,7 @@ template <class Real> struct ReducedOperator {
     struct alignas(64) Line {
         Real number[64 / sizeof(Real)];
     };
+    /// W by columns, in the order of memory.
     std::vector<Line> W;
     int stride = 0;                ///< a multiple of 64 bytes
     std::vector<Mat3> own;         ///< W_ii / compliance as the loop sees it; the first n count
@@ -95,6 +98,7 @@ template <class Real> struct ReducedOperator {
     double time = 0;            ///< when `handle` was read, on the loop's clock [s]
     std::uint64_t sequence = 0; ///< counts publications; 0: none yet
 
+    /// A column of W, 3n numbers.
     Real* column(int j) { return W.data()->number + std::ptrdiff_t{j} * stride; }
     const Real* column(int j) const { return W.data()->number + std::ptrdiff_t{j} * stride; }
 };

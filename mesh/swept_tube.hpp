@@ -25,7 +25,9 @@ public:
     {
     }
 
+    /// Signed distance, normal and Hessian at x [m].
     WallSample sample(const Vec3& x, WallHint& hint) const;
+    /// Signed distance at x [m].
     double distance(const Vec3& x, WallHint& hint) const;
     const Centreline& centreline() const { return centreline_; }
 

@@ -17,6 +17,7 @@ struct ChildJob {
     std::string program = "";           ///< its path; "": this program
 };
 
+/// How a child process ended, and its output.
 struct ChildResult {
     int exit_code = -1; ///< -1 if a signal ended it
     int signal = 0;

@@ -11,6 +11,7 @@
 
 namespace amontons {
 
+/// Options of filling a surface.
 struct TetrahedraliseOptions {
     double size = 0;                 ///< longest edge wanted [m], > 0
     std::vector<SizeSource> sources; ///< where it is to be smaller
@@ -30,16 +31,18 @@ struct TetrahedraliseOptions {
     double memory = 0;                   ///< limit [bytes]; 0: half of the machine's
 };
 
+/// Tetrahedra of a surface, and messages.
 struct Tetrahedralised {
     VolumeMesh mesh; ///< element set "volume", face sets "outer" and "face_1", "face_2", ...: the
                      ///< parts of the surface between kept edges
+    /// Predicted number of elements.
     double predicted_elements = 0;
     double predicted_memory = 0;    ///< [bytes]
     double deviation = 0;           ///< of the surface's vertices from the mesh's, the largest [m]
     double face_deviation = 0;      ///< of the middles of the mesh's faces from the surface [m]
     double least_dihedral = 0;      ///< [rad]
     std::int64_t feature_edges = 0; ///< edges of elements on kept edges
-    double seconds = 0;             ///< of the mesher
+    double seconds = 0;             ///< of the mesher [s]
 };
 
 /// Whether they are in range; lengths in any unit.

@@ -19,9 +19,12 @@ namespace amontons {
 /// A cubic piece of a middle line by its ends and its slopes there (by t from 0 to 1), with the
 /// radius of its round surface [m].
 struct CurvePiece {
+    /// Ends [m], and derivatives by t there [m].
     Vec3 x0, x1, d0, d1;
+    /// Of the round surface [m].
     double radius = 0;
 
+    /// The place at t of 0 to 1 [m].
     Vec3 at(double t) const;
     Vec3 slope(double t) const; ///< derivative by t
     Vec3 bend(double t) const;  ///< second derivative by t
@@ -36,8 +39,9 @@ struct Curve {
 
 /// A place on a curve.
 struct CurvePlace {
+    /// Number of the piece in its curve.
     int piece = 0;
-    double t = 0; ///< 0 to 1
+    double t = 0; ///< 0 to 1: parameter
 };
 
 /// Length of the curve up to a place [m].
@@ -53,6 +57,7 @@ std::optional<double> foot(const CurvePiece& piece, const Vec3& x);
 
 /// A contact of a curve with another one, or with a surface (b.piece -1).
 struct CurveContact {
+    /// The places on the two curves; b is unused against a surface.
     CurvePlace a, b;
     Vec3 point = Vec3::Zero();  ///< between the two surfaces [m]
     Vec3 normal = Vec3::Zero(); ///< unit, from b into a

@@ -21,7 +21,9 @@ public:
     /// Where a block of the matrix lies: entry (a, c) is value[offset + a row_step + c
     /// column_step].
     struct Place {
+        /// Of the block's first number in the array of values.
         std::size_t offset = 0;
+        /// Distance of neighbouring rows and columns in that array.
         int row_step = 0, column_step = 0;
     };
 

@@ -58,6 +58,7 @@ struct TriangleShape {
     Polyhedron polyhedron;
 };
 
+/// All shapes of rigid bodies.
 using RigidShape = std::variant<Box, Ball, Cylinder, Plane, TriangleShape, Ellipsoid, Capsule>;
 
 /// Where a body's frame is: x in space = place + turn * x in the frame.

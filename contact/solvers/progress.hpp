@@ -55,7 +55,9 @@ public:
     const Eigen::VectorXd& residuals() const { return residuals_; }
     const Eigen::VectorXd& best() const { return run_.reaction; } ///< iterate of the least error
     double best_error() const { return best_; }                   ///< [-]
+    /// Counted so far.
     int iterations() const { return run_.iterations; }
+    /// The result, at the end of a solve.
     SolverRun result() && { return std::move(run_); }
 
 private:

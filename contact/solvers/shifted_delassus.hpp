@@ -35,8 +35,10 @@ public:
     /// motions, if they come on top of what all contacts answer by their D; by rows, those of the
     /// contacts one after another.
     struct Response {
+        /// Reactions and motions of the chosen contacts by unit forces on them.
         Eigen::MatrixXd reactions, motions;
     };
+    /// Linear response of these contacts: see Response.
     Response response(const std::vector<int>& contacts) const;
     double shift() const { return shift_; } ///< of the last factor, no less than was asked for
     /// Forgets that factors without a search of pivots have been too inaccurate.

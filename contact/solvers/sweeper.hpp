@@ -31,6 +31,7 @@ public:
     /// common scale and the worst of the last sweep at their own.
     void sweep(double freeze, bool backward = false);
 
+    /// True if sweeps read W in single precision.
     bool is_rounded() const { return !rounded_.empty(); }
 
 private:

@@ -8,7 +8,7 @@
 
 // Contacts at the nodes that carry multipliers (multipliers.hpp): corners of T3 and Q4, middles of
 // T6. A contact moves with its node alone; its area is that of the dual multiplier, over the faces
-// that are directed at what it meets.
+// that are directed at the other surface.
 
 namespace amontons {
 

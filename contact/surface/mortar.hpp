@@ -5,6 +5,7 @@
 
 namespace amontons {
 
+/// Options of contact between faces.
 struct MortarOptions {
     /// Contacts are made where the gap, or the overlap, is no larger [m], > 0.
     double reach = 0;

@@ -16,7 +16,9 @@
 
 namespace amontons {
 
+/// The dual multipliers of one face.
 struct FaceMultipliers {
+    /// Number of nodes with a multiplier.
     int count = 0;
     std::array<int, 4> node{}; ///< each one's node, among those of the face
     /// psi_i = sum_j functions(i, j) N_j; 0 beyond the last of either

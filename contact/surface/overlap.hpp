@@ -23,7 +23,9 @@ namespace amontons {
 /// A place of one surface that is inside the body behind another.
 struct OverlapSpot {
     double depth = 0; ///< its distance from that body's surface [m], > 0
+    /// The deepest place [m].
     Vec3 point = Vec3::Zero();
+    /// The place on the body's own surface.
     SurfacePlace own;
     double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
     double bulge = 0; ///< of both: what flat faces leave [m]
@@ -35,7 +37,9 @@ struct OverlapSpot {
 /// The signed distance from a surface, < 0 behind it.
 class FaceDistance {
 public:
+    /// The nearest place of the other surface.
     struct Foot {
+        /// To the surface [m], < 0 inside.
         double distance = 0;
         Vec3 point = Vec3::Zero(); ///< on the surface
         /// Unit: the gradient of the distance; close to the surface that of the face, or the mean
@@ -47,6 +51,7 @@ public:
 
     /// @param near  triangles that do not touch this box are left out
     FaceDistance(const PlacedSurface& surface, const BoundingBox& near);
+    /// True if there are no faces.
     bool empty() const { return !tree_; }
     /// Nothing where the nearest place is on a border: there the surface has no sides.
     /// @param hint  a triangle that is probably near, or -1; that of x on return
@@ -84,8 +89,10 @@ BoundingBox box_around(const PlacedSurface& surface);
 
 /// How far the nodes of a surface reach along a direction [m].
 struct Extent {
+    /// Range of n . x over the surface [m].
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
+/// Extent of a surface along a unit direction.
 Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
                     std::span<const Vec3> places);
 

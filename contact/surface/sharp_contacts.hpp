@@ -19,7 +19,9 @@ namespace amontons {
 /// The edges of a surface as straight pieces between two nodes (those of a T6 are two), and which
 /// of them are sharp and convex.
 struct SharpFeatures {
+    /// A piece of a sharp edge.
     struct Piece {
+        /// Its two nodes.
         std::array<std::int32_t, 2> nodes{};
         std::array<std::int32_t, 2> faces{}; ///< on both sides
         std::int32_t chain = -1;             ///< -1: not sharp

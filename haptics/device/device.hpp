@@ -36,12 +36,15 @@ const DeviceSpec& device_profile(std::string_view name);
 class Device {
 public:
     virtual ~Device() = default;
+    /// Description of the device: limits, rates, encoders.
     virtual DeviceSpec spec() const = 0;
+    /// Connects to the device; false, with a message, if it is not available.
     virtual bool open() { return true; }
     /// The newest pose. Not valid: nothing came.
     virtual DeviceSample read(double time) noexcept = 0;
     /// Force on the hand, world axes; held until the next one.
     virtual void write(const Wrench& wrench, double time) noexcept = 0;
+    /// Disconnects; safe to call twice.
     virtual void close() noexcept {}
 };
 

@@ -11,6 +11,7 @@ namespace amontons {
 struct Trajectory {
     std::vector<double> time;   ///< strictly increasing [s]
     std::vector<HandPose> pose; ///< as many
+    /// Time of the last pose [s].
     double end() const { return time.empty() ? 0 : time.back() - time.front(); }
 };
 

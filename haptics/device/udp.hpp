@@ -31,13 +31,17 @@ namespace amontons {
 
 using UdpPacket = std::array<unsigned char, 64>;
 
+/// The pose of a UDP packet.
 struct UdpPose {
+    /// Number of the packet; an older one is ignored.
     std::uint32_t sequence = 0;
     std::int64_t time = 0; ///< [ns]
     Vec3 position{0, 0, 0}, turn{0, 0, 0};
 };
 
+/// Packs a pose: the layout is above.
 UdpPacket pose_packet(const UdpPose& pose);
+/// Packs the force of a tick: the layout is above.
 UdpPacket force_packet(std::uint32_t sequence, std::int64_t time, const Wrench& wrench);
 /// False if it is no pose packet.
 bool parse_pose(const unsigned char* bytes, std::size_t size, UdpPose& pose);

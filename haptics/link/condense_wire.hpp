@@ -10,11 +10,12 @@ Wrench force_on_hand(const Wire& wire);
 
 /// Where a wire's contacts continued the way of its base, for those of its start.
 struct LookaheadSample {
-    double share = 0;               ///< of that way
+    double share = 0;               ///< of that way (share)
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
     WireState state;                ///< there: the wire continues from it if it has jumped
 };
+/// Samples the state after a motion of the base by `reach` along its last one.
 LookaheadSample sample_ahead(WireBody& body, const StepStart& start, double reach);
 
 /// Looks on one way of the hand, the nearest first.

@@ -54,8 +54,9 @@ struct Condensed {
     Eigen::MatrixXd W; ///< spring and damper included [m/N]
     double reach = 0;  ///< handle motion within which no other contact can close [m]
     int left_out = 0;  ///< candidates beyond most_contacts: their forces are held as they are
-    // On the hand without contact forces, see ReducedOperator.
+    /// On the hand without contact forces, see ReducedOperator.
     Wrench rest;
+    /// Their derivative by the displacement [N/m, N m/rad].
     Mat6 stiffness = Mat6::Zero();
     std::vector<CondensedPath> way; ///< kMostWays at most; first where the hand is going
     HandPose handle;                ///< that this is of

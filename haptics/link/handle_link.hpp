@@ -49,9 +49,11 @@ public:
     /// @return  false if the bodies are not the same; nothing is taken over then
     virtual bool take_over(const HandleLink& before) = 0;
 
-    // What all bodies resemble now, and the forces between them.
+    /// What all bodies resemble now, and the forces between them.
     virtual std::vector<BeamRecord> beam_records() const { return {}; }
+    /// Bodies, as the step records have them.
     virtual std::vector<BodyRecord> body_records() const { return {}; }
+    /// Contacts of the last step.
     virtual std::vector<ContactRecord> contact_records() const = 0;
 
     virtual HandPose device() const = 0;     ///< of the last step
@@ -60,12 +62,14 @@ public:
     const Condensed& condensed() const { return condensed_; } ///< what publish() handed over
 
     void set_most_contacts(int most) { most_contacts_ = most; } ///< of the operators to come
+    /// Steps so far.
     int steps() const { return count_.steps; }
     int refused() const { return count_.refused; }        ///< tries that were not accepted
     int most_left_out() const { return count_.left_out; } ///< candidates that are not handed over
     /// Steps that met the device half way at most, or not at all.
     int not_touched() const { return count_.not_touched; }
     int snapping() const { return count_.snapping; } ///< steps that a snap continued beyond
+    /// Of the simulation [s].
     double time() const { return count_.time; }
 
 protected:

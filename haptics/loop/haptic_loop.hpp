@@ -7,6 +7,7 @@
 
 namespace amontons {
 
+/// All options of the fast loop.
 struct HapticOptions {
     double period = 1e-3; ///< of the loop [s]; overrides those below
     ProxyOptions proxy;
@@ -61,8 +62,11 @@ public:
     HandPose handle_of(const HandPose& device) const;
 
     const ProxyLoop<Real>& proxy() const { return proxy_; }
+    /// Faults and states.
     const Safety& safety() const { return output_.safety; }
+    /// Limits of the force.
     const Limiter& limiter() const { return output_.limiter; }
+    /// Energy given to the hand.
     const Passivity& passivity() const { return output_.passivity; }
 
 private:

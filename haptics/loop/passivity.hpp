@@ -8,6 +8,7 @@
 
 namespace amontons {
 
+/// Options of passivity control.
 struct PassivityOptions {
     bool control = true;            ///< false: count only
     double period = 1e-3;           ///< of the loop [s]
@@ -19,7 +20,7 @@ struct PassivityOptions {
     /// How many ticks a force may be held because the next one comes late, >= 1.
     int horizon = 1;
     /// Least mass of device and hand: bounds how far a new force pushes in a tick; 0: not counted
-    /// [kg].
+    /// [kg]
     double least_mass = 0;
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
@@ -81,6 +82,7 @@ public:
     double most_energy() const { return most_energy_; } ///< its maximum; <= 0: passive [J]
     double credit() const { return credit_; }           ///< what may be given back [J]
     double removed() const { return removed_; } ///< work that control took away, foreseen [J]
+    /// Ticks in which control damped or scaled the force.
     long ticks_controlled() const { return controlled_; }
 
 private:

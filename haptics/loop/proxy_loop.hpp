@@ -12,6 +12,7 @@
 
 namespace amontons {
 
+/// Options of a tick's solution.
 struct ProxyOptions {
     /// Natural-map error at which a tick ends, relative to the acting rows of q [-].
     double tolerance = 8e-4;
@@ -51,6 +52,7 @@ struct ClosedContact {
 };
 /// An equation of theirs, and an unknown.
 struct ClosedRow {
+    /// Number of the contact.
     int contact = 0;
     Vec3 equation, force; ///< in the operator's frame
 };
@@ -84,6 +86,7 @@ public:
     /// come in over the blend time.
     void release(const HandPose& device, double time);
 
+    /// The operator in use; nullptr before the first.
     const ReducedOperator<Real>* current() const { return op_; }
     long products() const { return products_; } ///< of this tick, so far
     /// Reaction of a contact, (n, t1, t2) of its frame in the operator [N].

@@ -6,6 +6,7 @@
 
 namespace amontons {
 
+/// State of the force: docs/theory/haptics.md.
 enum class SafetyState {
     no_operator,        ///< nothing to feel yet: no force
     starting,           ///< force comes in from zero, or comes back
@@ -20,12 +21,14 @@ enum class SafetyState {
     simulation_stopped, ///< it ended, or stated that it failed; stays
 };
 
+/// Number of states.
 constexpr int kSafetyStates = static_cast<int>(SafetyState::simulation_stopped) + 1;
 
 const char* name(SafetyState state); ///< "no operator", "starting", ...
 /// One sentence for the user: what happened to the force and why.
 const char* reason(SafetyState state);
 
+/// Limits above which the force is faded out.
 struct SafetyOptions {
     double period = 1e-3;       ///< of the loop [s]
     double ramp_down = 0.05;    ///< from any force to none [s]

@@ -32,8 +32,10 @@ VolumeFile parse_plain(std::string_view nodes, std::string_view elements,
 
 /// The two texts of a mesh.
 struct PlainText {
+    /// Text of the two files.
     std::string nodes, elements;
 };
+/// A mesh as plain text: docs/mesh_formats.md.
 PlainText plain_text(const VolumeMesh& mesh);
 
 } // namespace amontons

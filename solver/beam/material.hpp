@@ -26,7 +26,7 @@ struct SectionStretch {
 struct MaterialPoint {
     double s = 0;      ///< from the base [m]
     int element = 0;   ///< between material nodes element, element + 1
-    double xi = 0;     ///< place in that element, 0..1
+    double xi = 0;     ///< place in that element, 0..1 (share)
     double radius = 0; ///< of the wire [m]
     int segment = 0;
     double spacing = 0; ///< length of wire that the point stands for [m]
@@ -88,6 +88,7 @@ struct HeldWire {
     double torsion = 0; ///< integral ds/GJ [1/(N m)]
     double bending = 0; ///< integral sum EI k0^2/2 [J]
 };
+/// The wire between its base and the place s, held straight.
 HeldWire held_between_base_and(const WireMaterial& m, double s);
 
 } // namespace amontons

@@ -81,11 +81,14 @@ public:
         return inner_;
     } ///< of the grid, by rings
 
+    /// A place of the inner surface by arc length and angle [m, rad].
     TubePlace place(double along, double around) const;
 
     /// Forces that act now, and those to which displacements of `since` refer.
     void set_forces(std::vector<TubeForce> forces) { set_(now_, std::move(forces)); }
+    /// Forces to which displacements of `since` refer.
     void set_start(std::vector<TubeForce> forces) { set_(start_, std::move(forces)); }
+    /// Forces that act now.
     const std::vector<TubeForce>& forces() const { return now_.forces; }
 
     /// Of the inner surface under load and forces [m].

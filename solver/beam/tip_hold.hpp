@@ -10,6 +10,7 @@ namespace amontons {
 
 /// Force and moment of a hold on the wire, in space [N], [N m].
 struct TipLoad {
+    /// On the wire, in space [N, N m].
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
 };
 

@@ -29,8 +29,9 @@ struct WallState; // solver/beam/wall_material.hpp
 
 /// Where a contact lies on a wall that is compliant, as it was found last.
 struct WallTouch {
+    /// True after the first evaluation.
     bool known = false;
-    double along = 0, around = 0; ///< as TubePlace's
+    double along = 0, around = 0; ///< as TubePlace's [m, rad]
     Vec3 n = Vec3::Zero();        ///< of the wall as it is displaced
 };
 
@@ -110,6 +111,7 @@ struct BaseLoad {
     double push = 0;   ///< [N], positive in compression
     double torque = 0; ///< about the axis [N m]
 };
+/// Push and torque at the base [N, N m].
 BaseLoad base_load(const Wire& wire);
 
 /// How the balance of a wire that is out of its sheath feels its base: derivatives of the energy.
@@ -117,6 +119,7 @@ struct BaseStiffness {
     Eigen::Matrix2d own;   ///< by (insertion, twist) twice [N/m], [N m/rad]
     Eigen::Matrix2d mixed; ///< rows 0 and 3 of node `first` in the gradient, by (insertion, twist)
 };
+/// Stiffness of the wire in its sheath against push and twist.
 BaseStiffness base_stiffness(const Wire& wire);
 
 /// Elastic energy, of the held part and the base's springs too [J].
@@ -140,8 +143,10 @@ void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor);
 
 /// Hermite weights: position = h0 x1 + h1 x2 + h2 t1 + h3 t2.
 struct Hermite {
+    /// Weights of the ends and of their slopes (the slopes times the length).
     double h0, h1, h2, h3;
 };
+/// Cubic Hermite weights at xi of 0 to 1.
 inline Hermite hermite(double xi, double length)
 {
     const double h0 = 1 - xi * xi * (3 - 2 * xi);

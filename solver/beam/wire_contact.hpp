@@ -12,6 +12,7 @@ class SoftTube;
 
 /// A row of derivatives with respect to the unknowns of an element's two nodes.
 struct ContactRow {
+    /// Row by the unknowns of the element's two nodes.
     Node6 a, b;
 };
 
@@ -41,6 +42,7 @@ constexpr double kSteepestWall = 1.25;
 /// point can have come near.
 struct Proximity {
     WallHint hint;
+    /// The place of the last evaluation [m].
     Vec3 at = Vec3::Zero();
     double distance = -1; ///< there [m]; < 0: unknown
 };
@@ -50,10 +52,12 @@ struct StepStart {
     std::vector<Vec3> point;         ///< on the centreline [m]
     std::vector<Quaternion> section; ///< rotation of the section
 };
+/// Stores places and frames of the contact points, from which slip counts.
 StepStart mark_step_start(const Wire& wire);
 
 /// A contact point near a wall: geometry in the current state, frame (n, t1 along the wire, t2).
 struct Candidate {
+    /// Numbers of the contact point and of the wall.
     int point = 0, wall = 0;
     int index = 0; ///< into WireState::reaction
     WirePlace place;
@@ -71,7 +75,7 @@ struct Candidate {
     bool sticks = false;
     bool bilateral = false;       ///< the gap is closed, whatever the sign of the reaction
     ContactRow hn, ht[2];         ///< derivatives of gap and slips
-    double along = 0, around = 0; ///< on a soft wall: as TubePlace's
+    double along = 0, around = 0; ///< on a soft wall: as TubePlace's [m, rad]
     double compliance = 0;        ///< on a foundation: 1 / stiffness along n [m/N]
 };
 

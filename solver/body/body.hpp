@@ -31,21 +31,25 @@ struct StepInput {
     double start = 0, h = 0; ///< [s]
     bool dynamic = false;
     TimeRule rule; ///< dynamic: how places follow velocities, and velocities forces
+    /// Acceleration [m/s^2].
     Vec3 gravity = Vec3::Zero();
     double load = 1; ///< share of the bodies' own loads, gravity apart
     /// Motion of second order: joints and the contacts of rigid bodies hold where the step ends,
     /// and their forces act half way (docs/theory/motion.md).
     bool follows = false;
+    /// Time at the end of the step [s].
     double end() const { return start + h; }
 };
 
 /// A place on a body: nodes with weights, or (no nodes) a point that is fixed to a rigid body or to
 /// a patch of a solid.
 struct BodyPlace {
+    /// Nodes and weights of a place on a mesh.
     std::span<const StencilEntry> nodes;
     Vec3 point = Vec3::Zero(); ///< at the iterate; of steps that follow it, half way [m]
     bool turns = false;        ///< the turn is meant, and a moment; of rigid bodies, patches and
                                ///< rods
+    /// The patch that carries the place, of joints on solids; else nullptr.
     const PatchPose* patch = nullptr;
     Vec3 arm = Vec3::Zero(); ///< of the point, from the patch's centre [m]
     bool half_way = false;   ///< of rods: forces act on the section as it is half way of the step
@@ -53,6 +57,7 @@ struct BodyPlace {
 
 /// A rigid placement: x = turn X + shift.
 struct Placement {
+    /// Rotation of the body.
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
     Vec3 shift = Vec3::Zero(); ///< [m]
     Vec3 operator*(const Vec3& X) const { return turn * X + shift; }
@@ -64,13 +69,15 @@ using SparseColumns = Eigen::SparseMatrix<double>;
 struct BodyEnergy {
     double work = 0, work_absolute = 0; ///< of loads, weight and prescribed motion over the step
     double dissipated = 0;              ///< by damping and by the time-stepping rule over the step
-    double elastic = 0, kinetic = 0;    ///< at the end of the step
+    double elastic = 0, kinetic = 0;    ///< at the end of the step [J]
 };
 
+/// Interface between the time step and a body (rigid, solid, rod).
 class Body {
 public:
     virtual ~Body() = default;
 
+    /// Number of unknowns of its iterate.
     virtual int unknowns() const = 0;
     virtual bool nonlinear() const = 0; ///< its forces are not linear in the places
 
@@ -140,6 +147,7 @@ public:
 
     /// Velocities of the state, of as many numbers as the body has; before its first step.
     virtual std::vector<double> velocities() const { return {}; }
+    /// Sets velocities of a saved state.
     virtual void set_velocities(std::span<const double> /*velocities*/) {}
 
     /// Everything that the next step depends on.

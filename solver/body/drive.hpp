@@ -8,6 +8,7 @@ namespace amontons {
 
 /// A rotation vector from a rotation, |.| <= pi, and back.
 Vec3 rotation_vector(const Eigen::Quaterniond& q);
+/// The quaternion of a rotation vector [rad].
 Eigen::Quaterniond rotation(const Vec3& vector);
 
 /// "shift along (0, 0, 1)", "turn about ...", or both where neither is small.

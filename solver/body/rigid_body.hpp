@@ -15,6 +15,7 @@ namespace amontons {
 /// inertia of the end of the step is taken.
 class RigidBody final : public Body {
 public:
+    /// @param mass  of the shape: density times volume [kg], and its inertia [kg m^2]
     RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass);
 
     const RigidShape& shape() const { return shape_; }
@@ -22,9 +23,11 @@ public:
     Placement placement() const { return placement_of(now_); }
     /// At the end of a step without contact.
     Placement free_placement(const StepInput& step) const;
+    /// Place and rotation at the start of the run.
     Placement start_placement() const { return placement_of(state_); }
 
     const Vec3& centre() const { return state_.centre; } ///< of mass [m]
+    /// Of the centre of mass [m/s].
     const Vec3& centre_velocity() const { return state_.velocity; }
     const Vec3& spin() const { return state_.spin; } ///< [rad/s]
 
@@ -32,9 +35,11 @@ public:
     bool nonlinear() const override { return false; }
     /// Its contacts stand for equal parts of a face.
     bool spread() const { return input_.shape.points > 0; }
+    /// True if a drive prescribes its motion.
     bool driven() const { return input_.drive.given; }
     /// What a caller may lead by hand: its drive, the factor on its force and torque.
     std::vector<LiveCurve> live_curves();
+    /// The start, as the scene gives it.
     const StartInput& begun() const { return input_.start; }
     /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
     /// its drive specifies.

@@ -13,6 +13,7 @@ namespace amontons {
 
 /// A contact force on a rod as far as it is known before linearise().
 struct ContactLoad {
+    /// Where the force acts.
     BodyPlace at;
     Vec3 force = Vec3::Zero();     ///< on the rod, in space [N]
     Vec3 normal = Vec3::UnitZ();   ///< unit, into the rod
@@ -46,6 +47,7 @@ public:
         double radius = 0;   ///< of the rod there [m]
         int node = 0;        ///< the nearest node along the rod
     };
+    /// The nearest place of the middle line to x [m].
     Nearest nearest(const Vec3& x) const;
     /// A node as a place of the rod: (element, xi).
     StencilEntry place_of_node(int node) const;
@@ -56,8 +58,11 @@ public:
 
     /// What a caller may lead by hand: its loads, and how far it is fed out of a sheath.
     std::vector<LiveCurve> live_curves();
+    /// Constant data of the rod.
     const RodModel& model() const { return rod_; }
+    /// Nodes of the iterate.
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
+    /// Nodes of the run's first state.
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
     std::array<double, 6> strain(int element) const; ///< of the iterate
     /// Forces and moments of an element's section, in the order of its strains [N], [N m].
@@ -75,6 +80,7 @@ public:
     /// By how much the push would shorten (or a pull lengthen) what is in the sheath, which is
     /// taken as rigid [m].
     double change_in_sheath() const;
+    /// True if the rod moves through a viscous medium.
     bool has_drag() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
@@ -99,6 +105,7 @@ public:
     /// a spring from the iterate that holds what nothing else holds (Rockafellar 1976, the proximal
     /// point method): the balance does not change by it, and what nothing holds stays where it is.
     void stabilise_with_contacts();
+    /// True if contacts alone hold the rod, and springs stabilise its matrix.
     bool is_stabilised() const { return anchor_ > 0; }
     /// Of the spring, on a node's place along the rod and its turns [N/m, N m].
     std::array<double, 2> anchor_on(int node) const;
@@ -114,10 +121,14 @@ public:
     /// A place on the middle line and its derivatives: by the place along its element (0 to 1) and
     /// by the displacements of the element's two nodes.
     struct Line {
+        /// The element's nodes.
         int node[2] = {0, 0};
+        /// Place [m] and first and second derivative along the element's 0 to 1.
         Vec3 x, slope, bend;
+        /// Derivatives of place and slope by the twelve unknowns.
         Eigen::Matrix<double, 3, 12> J, J_slope;
     };
+    /// The middle line at a place of a contact, for the geometry of contact.
     Line line(const BodyPlace& at) const;
     /// Derivative of (direction . motion of the place) by the displacements of its two nodes.
     Vec12 row(const BodyPlace& at, const Vec3& direction) const;
@@ -134,7 +145,9 @@ public:
             sum += law.S[0];
         return sum;
     }
+    /// Length of an element at rest [m].
     double element_length(int element) const { return rod_.law[std::size_t(element)].length; }
+    /// Radius of an element [m].
     double element_radius(int element) const { return rod_.radius[std::size_t(element)]; }
     /// Of linearise(), A y' = right for the motion y = y' + prescribed, where A has no row or
     /// column of what is held (not zero on the diagonal), and neither has y'.

@@ -31,9 +31,9 @@ struct SolidMatrix {
     SupernodalFactor factor;                 ///< of a matrix that changes
     std::optional<SolidCompliance> constant; ///< of one that does not
     std::unique_ptr<LargeMatrix> large;      ///< of a solid that is solved by iterations instead
-    double scale = 1;                        ///< S over what is factored
-    double h = -1, theta = -1;               ///< of the step that it is for
-    int made = 0;                            ///< how often it was made
+    double scale = 1;                        ///< S over what is factored (factor)
+    double h = -1, theta = -1; ///< of the step that it is for [s], and its rule's theta
+    int made = 0;              ///< how often it was made
 };
 
 /// An elastic solid: linear in a frame that is fixed, driven or floats with it, corotational, or
@@ -75,8 +75,11 @@ public:
     /// residual force of the last linearise() (0 where held), A y and the diagonal of A.
     LargeMatrix& large() { return *matrix_->large; }
     const Eigen::VectorXd& large_load() const { return large_load_; }
+    /// The step matrix times y.
     Eigen::VectorXd step_times(const Eigen::VectorXd& y) const;
+    /// Diagonal of the step matrix.
     Eigen::VectorXd step_diagonal() const;
+    /// Numbers of the unknown degrees of freedom.
     std::span<const std::int32_t> unknown_dofs() const { return unknown_; }
     /// The free change that linearise() of an iterative solid leaves out.
     void find_free_change();
@@ -84,6 +87,7 @@ public:
     /// Contact forces from what stands still, of the unknowns: what a matrix that is not positive
     /// rests on first. Of hyperelastic solids; before linearise().
     void stabilise_with(const Eigen::VectorXd& force);
+    /// True if its matrix may have to be stabilised by contacts.
     bool is_stabilised() const { return hyperelastic_; }
     /// The last matrix is the true one and N N^T, stiffer where contacts push.
     bool leaning() const;
@@ -114,8 +118,10 @@ public:
     /// Where the body would be without strain: moved by its frame, and within it as what is
     /// prescribed moves on average along each axis.
     struct Unstrained {
+        /// The frame of the body.
         Placement frame;
         Vec3 shift = Vec3::Zero(); ///< in the frame [m]
+        /// A place at rest X in space, as the frame moves it [m].
         Vec3 place(const Vec3& X) const { return frame * (X + shift); }
     };
     Unstrained unstrained() const;                                    ///< of the iterate
@@ -164,7 +170,7 @@ public:
     double imbalance(const Eigen::VectorXd& force) override;
     /// Where the iterate misses it most, in words.
     std::string worst_imbalance(const Eigen::VectorXd& force);
-    /// Of imbalance(): what round-off makes of it at the iterate.
+    /// Of imbalance(): what round-off makes of it at the iterate. Relative.
     double round_off() const { return round_off_; }
     /// Before a step is accepted, of each contact and coupling on the body: what of its force acts
     /// on nodes that are held, which the unknowns know nothing of.
@@ -200,15 +206,19 @@ public:
     /// corotational ones the element's mean), over faces of the elements behind them. complete()
     /// first.
     Vec3 probe_displacement(const ProbeInput& probe) const;
+    /// Mean stress of a probe, XX YY ZZ XY YZ XZ [Pa]; empty if it has none.
     std::optional<Vec6> probe_stress(const ProbeInput& probe) const;
     /// Below, stress is what the round-off of places makes [Pa].
     double stress_round_off() const;
     /// Forces that the scene's supports exert on the body, in space [N], and their energy [J]; of
     /// the accepted state. complete() first.
     struct Support {
+        /// On the body [N].
         Vec3 force = Vec3::Zero();
+        /// Stored in its springs [J].
         double energy = 0;
     };
+    /// Forces and energies of the scene's supports.
     std::vector<Support> supports() const;
     /// Puts the frame of a driven body there, at the iterate and at the ends of steps to come,
     /// instead of where its drive specifies.
@@ -224,12 +234,14 @@ public:
     void also_touch(const Patch& patch);
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
+    /// Frame of the linear solid.
     const Placement& frame() const { return state_.frame; }
     /// Pressures that move the scene's loads of a volume, in their order, of the accepted state
-    /// [Pa].
+    /// [Pa]
     std::vector<double> found_pressures() const;
     /// Stress [Pa] in the body's own frame and energy density [J/m^3] of each element.
     Mat3 element_rotation(std::int32_t element) const; ///< of the material in the frame
+    /// Stress of each node [Pa] and energy density of each element [J/m^3].
     void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
 
 protected:

@@ -26,12 +26,15 @@ struct LargeContactProblem {
     Eigen::VectorXd diagonal; ///< of A [N/m]
 };
 
+/// Options of the Newton method without W.
 struct LargeContactOptions {
     double tolerance = 1e-8; ///< of the natural map, and of the balance of forces
     const std::atomic<bool>* stop = nullptr;
 };
 
+/// Solution of contact without W.
 struct LargeContactSolution {
+    /// Change of the iterate, and reactions.
     Eigen::VectorXd y, r;
     Eigen::VectorXd compliance; ///< W r: what r alone does to u [m]
     double mean_compliance = 0; ///< trace of W over its rows [m/N], to some per cent

@@ -50,13 +50,15 @@ struct LinearFault : std::runtime_error {
 /// vectors are of all degrees of freedom, 3 node + axis; held ones have their diagonal alone.
 class LargeMatrix {
 public:
+    /// A block of three rows and columns.
     struct Block {
         std::int32_t row = 0, column = 0; ///< nodes of one element
         Mat3 value = Mat3::Zero();        ///< [N/m]
     };
     struct Result {
+        /// Iterations of the linear solver.
         int iterations = 0;
-        double reached = 0; ///< residual over right-hand side
+        double reached = 0; ///< residual over right-hand side (ratio)
         std::string fault;  ///< "" if that is the tolerance; else how the solve ended, in words
     };
 

@@ -183,7 +183,7 @@ double available_memory()
     limit(kKibi * line_of("/proc/meminfo", "MemAvailable:"));
     const double most = number_in("/sys/fs/cgroup/memory.max"),
                  now = number_in("/sys/fs/cgroup/memory.current");
-    // What files have left in the cache is compliant when asked for.
+    // What files have left in the cache is freed on demand.
     const double cache = std::max(0.0, line_of("/sys/fs/cgroup/memory.stat", "inactive_file "));
     if (most >= 0 && now >= 0) limit(std::max(0.0, most - std::max(0.0, now - cache)));
     rlimit own{};

@@ -49,7 +49,7 @@ double lambda_of(double mu, double nu)
     return 2 * mu * nu / (1 - 2 * nu);
 }
 
-// Linear in Green's strain: lambda/2 (tr E)^2 + mu E : E. It yields to compression: a bar that
+// Linear in Green's strain: lambda/2 (tr E)^2 + mu E : E. It softens under compression: a bar that
 // is pressed below 1/sqrt(3) of its length loses its stiffness, and nothing keeps J above 0.
 namespace svk {
 constexpr MaterialConstant kPoisson{"poisson_ratio", "",  "Poisson's ratio at rest.", -1,

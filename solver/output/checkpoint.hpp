@@ -12,6 +12,7 @@ namespace amontons {
 struct Checkpoint {
     /// A frame that is already written.
     struct Frame {
+        /// Step of the frame.
         std::int64_t step = 0;
         double time = 0; ///< [s]
     };

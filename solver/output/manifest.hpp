@@ -26,6 +26,7 @@ struct ManifestInput {
 
 /// "0.1.0", and what `git describe` stated when the program was configured ("" if it was no clone).
 std::string program_version();
+/// The program's version and commit, in words.
 std::string program_describe();
 
 /// System, processor and number of cores, in a line.
@@ -42,6 +43,7 @@ int exit_code(const RunSummary& summary);
 
 /// Adds the members of `certificate` and of `energy` to an open object.
 void write_certificate(JsonText& json, const RunSummary& summary);
+/// Writes the energy balance as JSON.
 void write_energy(JsonText& json, const EnergyRecord& energy);
 
 /// Adds the members of `amontons run --json` to an open object.

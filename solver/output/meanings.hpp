@@ -24,8 +24,11 @@ struct Meaning {
 
 /// A table of the page: a file, or a part of one.
 struct MeaningTable {
+    /// Heading of the table.
     std::string_view title;
+    /// What the table is of.
     std::string_view about;
+    /// One for each column, field or key.
     std::vector<Meaning> rows;
 };
 

@@ -14,6 +14,7 @@ namespace amontons {
 
 /// Where a run is written, and how it was asked for.
 struct RunWriterOptions {
+    /// Folder of the run's files.
     std::string directory;
     std::string name;                  ///< of the collection: NAME.pvd
     std::vector<std::string> command;  ///< for the manifest

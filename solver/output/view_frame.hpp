@@ -13,8 +13,10 @@ namespace amontons {
 
 /// A body as it is drawn. A shape that a frame does not name stays as it was.
 struct ViewShape {
+    /// Kinds of shapes.
     enum Kind : std::int32_t { wall, wire, solid, rigid };
     std::string name;
+    /// One of Kind.
     std::int32_t kind = wall;
     std::vector<float> points;           ///< 3 a point [m]
     std::vector<std::int32_t> triangles; ///< 3 corners each; empty: those of the frame before
@@ -22,7 +24,9 @@ struct ViewShape {
         values; ///< a point: radius of a wire [m], stress of a solid [Pa] (none: plain)
 };
 
+/// One picture of the window: shapes and a caption.
 struct ViewFrame {
+    /// Line of text below the picture.
     std::string caption;
     std::vector<ViewShape> shapes;
     std::vector<float> contacts; ///< 6 each: point [m], the force that the caption names [N]

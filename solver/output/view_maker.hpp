@@ -19,6 +19,7 @@ public:
     {
     }
 
+    /// The frame of a step.
     ViewFrame frame(double time, const std::vector<BeamRecord>& beams,
                     const std::vector<BodyRecord>& bodies,
                     const std::vector<ContactRecord>& contacts);

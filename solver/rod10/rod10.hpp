@@ -18,15 +18,18 @@ namespace amontons {
 
 using Mat10 = Eigen::Matrix<double, 10, 10>;
 
+/// The rod of WSCG 2003: 10 unknowns an element, small displacements.
 struct Rod10 {
     double length = 0.45;        ///< [m]
     double diameter = 0.004;     ///< [m]
     double youngs_modulus = 2e7; ///< [Pa]
     int nodes = 10;              ///< evenly along it; >= 2
 
+    /// Of the cross-section [m^2].
     double area() const;
     double inertia() const;                                 ///< of bending [m^4]
     double element() const { return length / (nodes - 1); } ///< [m]
+    /// Number of unknowns.
     int unknowns() const { return 5 * (nodes - 1); }
     double bending() const { return youngs_modulus * inertia(); } ///< EI [N m^2]
 };
@@ -44,10 +47,12 @@ Mat10 element_transformation(const Mat3& to_rod);
 
 /// Equations 8 and 9: stored numbers of the matrix.
 std::size_t stored_full(int nodes);
+/// Numbers that a band of so many nodes stores.
 std::size_t stored_band(int nodes);
 
 /// Steps 2 to 6 of the procedure: the matrix of the whole rod without its clamped node.
 BandMatrix assemble_band(const Rod10& rod, const Mat3& to_rod);
+/// The stiffness matrix as a full matrix, in the frame of the rod.
 FullMatrix assemble_full(const Rod10& rod, const Mat3& to_rod);
 
 /// Loads and deflections of a node.

@@ -11,6 +11,7 @@
 
 namespace amontons {
 
+/// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
 /// A value from the file, short enough for a message.

@@ -45,6 +45,7 @@ public:
     SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
                     std::span<const std::int32_t> surface_nodes, std::size_t memory = kColumnMemory,
                     ColumnRows rows = ColumnRows::surface);
+    /// Default memory limit of the columns [bytes].
     static constexpr std::size_t kColumnMemory = std::size_t(1) << 30;
 
     /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
@@ -87,6 +88,7 @@ public:
     /// numbers. A copy that keep() gives them to continues with the same bits.
     std::vector<double> kept() const;
     void keep(std::span<const double> kept); ///< solves the columns again
+    /// Numbers of kept() for so many nodes of the surface.
     static std::size_t kept_size(std::size_t surface_nodes) { return 3 + 2 * surface_nodes; }
 
     const SupernodalFactor& factor() const { return factor_; }

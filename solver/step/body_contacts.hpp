@@ -31,6 +31,7 @@ class SolidBody;
 
 /// Where two bodies touch or may touch within the step.
 struct BodyContact {
+    /// Number of the pair.
     int pair = 0;
     std::int64_t id = 0;           ///< of its kind within the pair, stable over steps
     int a = 0, b = -1;             ///< bodies; b -1: an obstacle
@@ -42,20 +43,25 @@ struct BodyContact {
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
     /// It slid where the step starts: friction opposes the mean velocity, not that of the end.
     bool sliding_at_start = false;
+    /// Place [m].
     Vec3 point = Vec3::Zero();
     std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
 };
 
+/// Contacts of all pairs, found at an iterate.
 struct BodyContacts {
     std::vector<BodyContact> contact;
+    /// Nodes and weights of all contacts.
     std::vector<StencilEntry> stencil;
 
+    /// The place of a contact on body a.
     BodyPlace place_a(const BodyContact& c) const
     {
         return {
             std::span(stencil).subspan(std::size_t(c.a_begin), std::size_t(c.a_end - c.a_begin)),
             c.point};
     }
+    /// The place of a contact on body b.
     BodyPlace place_b(const BodyContact& c) const
     {
         return {
@@ -67,9 +73,12 @@ struct BodyContacts {
 /// A body of the scene, by what it is made of.
 struct BodyRef {
     Body* body = nullptr;
+    /// The body, if it is rigid.
     RigidBody* rigid = nullptr;
+    /// The body, if it is a solid.
     SolidBody* solid = nullptr;
     std::string name;
+    /// The body, if it is a rod.
     RodBody* rod = nullptr;
 };
 
@@ -78,6 +87,7 @@ double thickness_of(const BodyRef& body);
 
 /// A solid's outside, or a set of its faces, as pairs see it.
 struct ContactSurface {
+    /// Outside of the solid.
     ExternalSurface outside;
     SharpFeatures sharp;         ///< at rest
     Late<FacetedSurface> facets; ///< for measuring overlaps
@@ -89,8 +99,10 @@ enum class StartOverlap { refuse, resolve, close };
 
 /// Two bodies that a law lets meet. There may be millions.
 struct ContactPair {
+    /// Numbers of the bodies; b -1: an obstacle.
     int a = 0, b = -1;
     int obstacle = -1; ///< of the scene's, where b is -1
+    /// Coefficients of friction and restitution.
     double friction = 0, restitution = 0;
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
@@ -111,6 +123,7 @@ struct BodyOverlap {
     int a = 0, b = -1, obstacle = -1; ///< as in ContactPair
     int pair = -1;                    ///< of those given; -1: of the rest
     double depth = 0;                 ///< of the place in the other body [m], > 0
+    /// The deepest place [m].
     Vec3 point = Vec3::Zero();
     bool of_b = false;            ///< the place is on b
     SurfacePlace own;             ///< its nodes; none on a rigid body
@@ -121,8 +134,11 @@ struct BodyOverlap {
 
 /// A row at a place of a mesh, beside those of multipliers.
 struct PlaceRow {
+    /// Identity of the row.
     std::int64_t id = 0;
+    /// True if the place is on body b.
     bool of_b = false;
+    /// The place on its surface.
     SurfacePlace own;
     double tolerance = 0; ///< the overlap that it leaves [m]
 };
@@ -130,6 +146,7 @@ struct PlaceRow {
 /// What a law of "*" and "*" states of free rigid bodies. Of n of them there are n^2 pairs, and
 /// most never touch: a pair is made where its bodies come near.
 struct DefaultLaw {
+    /// Coefficients of friction and restitution.
     double friction = 0, restitution = 0;
     double reach = 0; ///< of ContactPair [m]; 0: chosen
     StartOverlap start_overlap = StartOverlap::refuse;
@@ -137,6 +154,7 @@ struct DefaultLaw {
 };
 
 /// How far contacts between meshes are searched for, of the thinner body: beyond lie far sides.
+/// Ratio.
 constexpr double kReachOfThickness = 0.4;
 /// The number of a contact that stands for an area is that of the node which carries its
 /// multiplier, beside multiples of this.
@@ -174,7 +192,9 @@ public:
 
     /// Those given, and after them those of the rest that have come near so far.
     const std::vector<ContactPair>& pairs() const { return pairs_; }
+    /// True if a law names all other pairs.
     bool has_rest() const { return rest_.has_value(); }
+    /// What is done with overlaps at the start of pairs without a law.
     StartOverlap default_start_overlap() const
     {
         return rest_ ? rest_->start_overlap : StartOverlap::refuse;
@@ -228,12 +248,15 @@ public:
     void begin_rows(bool dynamic);
     /// After a step: forgets others.
     void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
+    /// Saves the overlap rows for a checkpoint.
     void save_rows(ByteWriter& out) const;
     /// @throws InputError  if they are none of these bodies' meshes
     std::vector<std::vector<PlaceRow>> read_rows(ByteReader& in) const;
     const std::vector<std::vector<PlaceRow>>& rows() const { return rows_; }
+    /// Restores overlap rows.
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
-    double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
+    double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept [m]
+    /// Thickness of the thinner body of a pair [m].
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
     /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each
     /// other or taken as they fit: how deep. Before the first step.

@@ -86,7 +86,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
             if (rows_.row[b].empty()) return false;
             negative += rod->negative();
             unheld_ = system_.refs[b].name;
-            leans[b] = 1;
+            is_stabilised[b] = 1;
             continue;
         }
         SolidBody* solid = system_.refs[b].solid;
@@ -97,9 +97,9 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
         if (of_body < 0) return false;
         W[b] += more;
         negative += of_body;
-        leans[b] = 1;
+        is_stabilised[b] = 1;
     }
-    if (std::ranges::count(leans, 1) == 0) return false;
+    if (std::ranges::count(is_stabilised, 1) == 0) return false;
     const Delassus sum = sum_of_bodies(rows_, W, soft);
     const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
     const double size = all.diagonal().cwiseAbs().mean();
@@ -117,7 +117,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
             problem_.W = Delassus(Eigen::MatrixXd(0.5 * (held + held.transpose())));
             taken_ = taken * root.asDiagonal();
             held_ = hold / size * closed;
-            true_tangent_ = std::move(leans);
+            true_tangent_ = std::move(is_stabilised);
             unheld_.clear();
             return true;
         }

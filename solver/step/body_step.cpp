@@ -80,8 +80,8 @@ void BodyStepper::set_contact_forces(bool known_too)
 /// Reports hyperelastic solids what is known of the contact forces on them from what stands still.
 void BodyStepper::pass_fixed_contact_forces()
 {
-    const auto leans = [](const BodyRef& b) { return b.solid && b.solid->is_stabilised(); };
-    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), leans)) return;
+    const auto is_stabilised = [](const BodyRef& b) { return b.solid && b.solid->is_stabilised(); };
+    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), is_stabilised)) return;
     std::vector<ActingForce> firm;
     for (int c = 0; c < int(list_.contact.size()); ++c) {
         const BodyContact& contact = list_.contact[std::size_t(c)];

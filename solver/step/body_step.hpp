@@ -28,8 +28,11 @@ struct BodySystem {
     std::vector<std::unique_ptr<Patch>> patches; ///< of solids, that couplings act on
     std::vector<CouplingMemory> coupling_memory; ///< of each
 
+    /// Identity of a contact over steps.
     struct Key {
+        /// Number of the pair.
         int pair = 0;
+        /// Identity within the pair.
         std::int64_t id = 0;
         auto operator<=>(const Key&) const = default;
     };
@@ -40,10 +43,12 @@ struct BodySystem {
     std::vector<std::string> obstacles;  ///< their names
     std::vector<double> mean_compliance; ///< of large solids: see LargeContactSolution
 
+    /// True if one of the bodies is a rod.
     bool has_rods() const
     {
         return std::ranges::any_of(refs, [](const BodyRef& b) { return b.rod != nullptr; });
     }
+    /// True if a body cannot move.
     bool fixed(std::size_t b) const
     {
         return bodies[b]->unknowns() == 0 && bodies[b]->modes().cols() == 0;
@@ -57,7 +62,9 @@ struct BodySystem {
     }
 };
 
+/// Options of one step.
 struct BodyStepOptions {
+    /// Of the contact law and of balances (relative).
     double tolerance = 1e-8;
     ContactSolver solver = ContactSolver::automatic;
     /// Solves contact problems in our place, given a warm start; none if empty. Where it has no
@@ -82,6 +89,7 @@ struct BodyStepOptions {
 
 /// What a step found.
 struct BodyStepReport {
+    /// True if the step is solved.
     bool accepted = false;
     std::string refusal; ///< why not
     int iterations = 0, factorisations = 0;
@@ -91,6 +99,7 @@ struct BodyStepReport {
     std::vector<Vec3> coupling_force;  ///< of each coupling's rows on its first body, in order [N]
     BodyOverlap overlap;               ///< the deepest of the accepted step; depth 0: none
     std::vector<BodyOverlap> overlaps; ///< all of them
+    /// Error and threshold (relative), worst penetration [m], worst violation of a cone [N].
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
     /// How far contacts are from those at the end of the step, relative: 0 but where those jump.

@@ -26,12 +26,15 @@ public:
         rods_.guarded = guarded;
     }
 
+    /// Makes the step. @returns  true if it is accepted
     bool run();
+    /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// The step is to be tried again, with rows that this try has added.
     bool again() const { return again_; }
     /// Contacts where a dynamic step starts, without rows of places: the same for all tries of it.
     const BodyContacts& at_start() const { return at_start_; }
+    /// Takes the contacts found at the start of the step.
     void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }

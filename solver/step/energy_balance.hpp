@@ -53,7 +53,9 @@ struct StepEnergy {
     double time = 0, h = 0; ///< [s]
 };
 
+/// What the energy balance of a step means for it.
 enum class EnergyVerdict { stands, again, refused };
+/// Verdict on a step, and its message.
 struct StepJudgement {
     EnergyVerdict verdict = EnergyVerdict::stands;
     std::string message; ///< a sentence if there is something to report

@@ -16,13 +16,16 @@ void record_instrument(const BeamRecord& beam, int body, double depth, double cl
 /// What a run reports of such an instrument at its end. Plain numbers: they enter checkpoints as
 /// they are.
 struct InstrumentLog {
+    /// Part of the vessel in which the tip is.
     BranchLog branch;
+    /// Largest values over the run [m, N, N].
     double max_depth = 0, max_push = 0, max_clustered = 0;
     double sheath_change = 0; ///< largest that a rigid introducer leaves out, of the radius [-]
 
     /// @param walls  obstacles that it can touch
     void note(const StepRecord& record, const BeamRecord& beam,
               const std::vector<Obstacle>& obstacles, std::span<const int> walls);
+    /// Appends its quantities to a record.
     void add_quantities(const std::string& name, std::vector<Quantity>& out) const;
     /// "" where what is in the introducer may be taken as rigid.
     std::string warning(const std::string& name) const;

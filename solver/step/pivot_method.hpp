@@ -35,9 +35,10 @@
 
 namespace amontons::pivoting {
 
-constexpr int kTrials = 24; // of statuses in a vessel, before the step is made shorter by a shift
+constexpr int kTrials = 24; ///< of statuses in a vessel, before the step is made shorter by a shift
+/// Levels of the shift in one iteration.
 constexpr int kShiftLevels = 4;
-constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; // relative to the wire's stiffness
+constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; ///< relative to the wire's stiffness
 
 /// Normal plus mu times the slip force's direction.
 template <class System> typename System::Row slip_force_row(System& s, std::size_t k)
@@ -47,15 +48,16 @@ template <class System> typename System::Row slip_force_row(System& s, std::size
     return System::combine(s.normal(k), mu * t.c1, s.tangent(k, 0), mu * t.c2, s.tangent(k, 1));
 }
 
+/// The row across the direction of slip.
 template <class System> typename System::Row across_row(System& s, std::size_t k)
 {
     const Trial& t = s.trial()[k];
     return System::combine(-t.c2, s.tangent(k, 0), t.c1, s.tangent(k, 1));
 }
 
-// Adds a contact with its trial status to the linear system: reactions of active rows are
-// r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
-// it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
+/// Adds a contact with its trial status to the linear system: reactions of active rows are
+/// r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
+/// it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
 template <class System> void add_contact(System& s, std::size_t k, bool coupled, int from)
 {
     const Candidate& c = s.contact(k);
@@ -80,6 +82,7 @@ template <class System> void add_contact(System& s, std::size_t k, bool coupled,
             System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), stick_weight(c), from);
 }
 
+/// Adds the forces of contact k to the right-hand side.
 template <class System> void add_contact_force(System& s, std::size_t k)
 {
     const Candidate& c = s.contact(k);
@@ -206,7 +209,9 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
 /// Trials that find no fewer wrong statuses before contacts are turned one at a time: first one of
 /// each neighbourhood, then one of all.
 struct StallCounter {
+    /// Trials without progress after which all, or separate, states change.
     static constexpr int kAll = 8, kApart = 40;
+    /// Fewest wrong states so far, and trials left.
     int best = std::numeric_limits<int>::max(), all = kAll, apart = kApart;
 };
 
@@ -315,9 +320,9 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     return false;
 }
 
-// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
-// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
-// the active rows are closed exactly, by their own small dense system.
+/// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
+/// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
+/// the active rows are closed exactly, by their own small dense system.
 template <class System> void close_active(System& s)
 {
     struct Row {
@@ -380,9 +385,9 @@ template <class System> void close_active(System& s)
     }
 }
 
-// Where pivoting finds no solution (the wire is about to lose
-// its hold), a shift makes the problem more definite and its solution nearer.
-// @return  whether one was found
+/// Where pivoting finds no solution (the wire is about to lose
+/// its hold), a shift makes the problem more definite and its solution nearer.
+/// @return  whether one was found
 template <class System>
 bool solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
            NewtonReport& report)

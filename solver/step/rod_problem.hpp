@@ -59,6 +59,7 @@ struct RodProblem {
 /// What is known of a contact before it is solved.
 struct RodContactState {
     const BodyContact* contact = nullptr;
+    /// The two sides.
     BodyPlace a, b;
     Vec3 value = Vec3::Zero(); ///< gap and slip at the iterate, in its frame [m]
     Vec3 force = Vec3::Zero(); ///< in its frame [N]
@@ -66,6 +67,7 @@ struct RodContactState {
     bool sticks = false;
 };
 
+/// Solution of one linearised problem of rods.
 struct RodAnswer {
     std::vector<Eigen::VectorXd> motion;          ///< of each body
     std::vector<Vec3> force, value;               ///< of each contact, in its frame [N], [m]

@@ -23,6 +23,7 @@ struct RecordedProblem; // solver/step/recorded_problem.hpp
 class StepObserver {
 public:
     virtual ~StepObserver() = default;
+    /// Receives a finished step.
     virtual void on_step(const StepRecord& record) = 0;
 };
 
@@ -56,6 +57,7 @@ struct BodyRecord {
 
 /// What one call of Simulation::step() came to.
 struct StepResult {
+    /// How a step ended.
     enum class Outcome {
         accepted,    ///< a step was taken: `record` reports of it
         done,        ///< the scene's end, or `not_beyond`, is reached already: nothing was done
@@ -63,6 +65,7 @@ struct StepResult {
         interrupted, ///< by `stop`; the state is that of the last accepted step
     };
     Outcome outcome = Outcome::done;
+    /// Reason, if it was refused.
     std::string message;
     StepRecord record;
 };
@@ -72,10 +75,11 @@ struct InputInfo {
     std::string name; ///< BODY.insertion, BODY.loads.0.over, ...
     std::string unit;
     double lower = -std::numeric_limits<double>::infinity(); ///< least and largest value
+    /// Greatest admissible value, in the unit of the input.
     double upper = std::numeric_limits<double>::infinity();
 };
 
-/// The smallest step, of the longest, where the scene does not state.
+/// The smallest step, of the longest, where the scene does not state. Ratio.
 constexpr double kDefaultSmallest = 1.0 / 1024;
 
 /// The only owner of bodies: made once from a scene, then advanced step by step.
@@ -123,7 +127,9 @@ public:
     /// @throws InputError  no such input, or a value out of its range; nothing is changed
     virtual void set_input(std::size_t number, double value);
 
+    /// The walls.
     virtual const std::vector<Obstacle>& obstacles() const = 0;
+    /// Bodies as they are used, for `amontons check`.
     virtual std::vector<BodyPlan> plan() const = 0;
 
     /// How the linear systems of solids are solved, and what each way costs.

@@ -29,16 +29,18 @@
 
 namespace amontons::pivoting {
 
-constexpr double kRhoPorts = 10;       // of M, relative to the wire's stiffness
-constexpr double kNearContact = 0.1;   // of the wire's radius: gaps that matter from the start
-constexpr double kNearSolution = 1e-3; // error below which stability is examined as a whole
-constexpr int kCircles = 12;           // trials that should have been enough
-constexpr int kMostTrials = 400;       // small dense systems: one contact at a time ends at last
-constexpr int kSweeps = 200;           // of Gauss-Seidel's method
-constexpr int kMostRounds = 4;         // of contacts that were not thought to matter
+constexpr double kRhoPorts = 10; ///< of M, relative to the wire's stiffness
+constexpr double kNearContact =
+    0.1; ///< gaps that matter from the start, over the radius of the wire (ratio)
+constexpr double kNearSolution = 1e-3; ///< error below which stability is examined as a whole
+constexpr int kCircles = 12;           ///< trials that should have been enough
+constexpr int kMostTrials = 400;       ///< small dense systems: one contact at a time ends at last
+constexpr int kSweeps = 200;           ///< of Gauss-Seidel's method
+constexpr int kMostRounds = 4;         ///< of contacts that were not thought to matter
 
 /// A linearised problem on reactions: s = q + W rho.
 struct CompliantProblem {
+    /// Response of the walls.
     CompliantContacts walls;
     Eigen::MatrixXd F;      ///< of the ports' compliance T = F F^T, 5n x unknowns of their nodes
     Eigen::MatrixXd inner;  ///< R + Theta, 3n x 3n
@@ -158,13 +160,17 @@ void solve_ports(System& s, CompliantProblem& p, std::vector<typename System::Ro
 
 /// Change of reactions, from statuses: rho = fixed + basis z with (row)(q + W rho) + give z = 0.
 struct TrialSystem {
+    /// The fixed part of the solution.
     Eigen::VectorXd fixed;
+    /// Basis of the reactions in their states.
     Eigen::SparseMatrix<double> basis;
+    /// Rows of the states.
     Eigen::SparseMatrix<double, Eigen::RowMajor> row;
     Eigen::VectorXd
         compliance; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
 };
 
+/// The system of the active rows of a trial.
 template <class System> TrialSystem trial_system(System& s, const std::vector<int>& which)
 {
     const auto n = Eigen::Index(which.size());

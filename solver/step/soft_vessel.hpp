@@ -27,6 +27,7 @@ std::vector<SoftVessel> build_soft_vessels(const Scene& scene);
 
 /// Where a hyperelastic wall's tangent is taken; nothing of a linear one.
 void save_tangent(const SoftTube& tube, ByteWriter& out);
+/// Reads the displacement at which a wall's tangent is taken.
 Eigen::VectorXd read_tangent(const SoftTube& tube, ByteReader& in);
 /// @throws InputError  if there is no tangent
 void restore_tangent(SoftTube& tube, const Eigen::VectorXd& at);

@@ -11,33 +11,44 @@ namespace amontons {
 
 /// What a step changes in the wires of a group, kept in case that it is refused.
 struct GroupState {
+    /// States of the wires.
     std::vector<WireState> wires;
+    /// Reactions in the bores.
     std::vector<std::vector<Reaction>> nested;
 };
 
+/// State of the group.
 GroupState state_of(const WireGroup& group);
+/// Restores a state.
 void restore(WireGroup& group, const GroupState& state);
 /// Puts the wires back and gives the reason.
 void refuse(WireGroup& group, const GroupState& keep, StepReport& report, std::string why);
 
 /// Where an increment begins: slip and friction's work are counted from there.
 struct GroupStart {
+    /// What slip counts from, of each wire.
     std::vector<StepStart> wires;
+    /// Contacts at the start, of each wire.
     std::vector<std::vector<ContactBefore>> touched;
+    /// Contacts in the bores.
     CoaxialStart nested;
 };
 
+/// What a step starts from.
 GroupStart start_of(const WireGroup& group);
 
+/// Options of Newton's method for this group.
 NewtonOptions newton_options(const WireGroup& group, const std::vector<BaseTarget>& to);
 /// Adds the counts and times of a solve; its outcome is the sum's.
 void add(NewtonReport& sum, const NewtonReport& report);
+/// Newton's method for the group, from `start`.
 NewtonReport solve(WireGroup& group, const GroupStart& start,
                    const std::vector<ViscousPull>& anchors, const NewtonOptions& options);
 /// Moves the bases, with what the wires know of their contacts.
 void drive(WireGroup& group, const std::vector<BaseTarget>& to);
 
 double elastic_energy_of(const WireGroup& group); ///< [J]
+/// Loads at the bases.
 std::vector<BaseLoad> loads_of(const WireGroup& group);
 /// Of the bases from where they were to where they are, by the trapezoid rule [J].
 double base_work(const WireGroup& group, const GroupState& old,

@@ -10,6 +10,7 @@ constexpr int kMostSpacingHalvings = 20;
 /// Where a wire stands in a wall between its points of contact.
 struct WireOverlap {
     double depth = 0; ///< [m]; 0: nowhere
+    /// The deepest place [m].
     Vec3 point = Vec3::Zero();
     std::size_t wall = 0; ///< of the wire's
     /// What points of contact at such distances leave: h^2/8 times the curvatures of wall and wire;

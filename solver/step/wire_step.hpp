@@ -14,6 +14,7 @@ namespace amontons {
 
 /// How a wire moves in time.
 struct WireMotion {
+    /// True if masses act.
     bool dynamic = false;
     double damping = 0;        ///< mass-proportional [1/s]
     std::vector<double> mass;  ///< lumped, per node [kg]
@@ -39,6 +40,7 @@ struct WireBody {
     std::vector<WireWall> walls;
     WireMotion motion;
     WireDynamics dynamics;
+    /// Of the certificate (relative).
     double tolerance = 1e-8;
     double element_size = 0; ///< length scale of the wire's mesh: its longest element [m]
     double scale_force = 0;  ///< EI / length^2 of the wire [N]
@@ -46,19 +48,22 @@ struct WireBody {
     int halvings = 0;        ///< of the distance of its contact points since it was made
     std::unique_ptr<NewtonWorkspace> work;
 };
+/// A wire with its walls, drives and tolerance.
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
                         double tolerance);
 
 /// What one accepted step did.
 struct StepReport {
+    /// True if the step is solved.
     bool accepted = false;
     std::string refusal; ///< why not
     NewtonReport newton; ///< sums over all its solves; residual of the last
     EnergyRecord energy; ///< increments of work, friction, released; elastic and kinetic now
     bool snapped = false;
-    double released = 0;    ///< in a snap [J]
-    double missed = 0;      ///< work that is neither elastic, friction nor released [J]
-    double missed_by = 0;   ///< of what the balance of a refused step may miss; 0: else refused
+    double released = 0; ///< in a snap [J]
+    double missed = 0;   ///< work that is neither elastic, friction nor released [J]
+    double missed_by =
+        0; ///< of what the balance of a refused step may miss; 0: else refused (share)
     bool lasting = false;   ///< no shorter step would be accepted
     int relaxations = 0;    ///< increments of the damped relaxation
     int passed_through = 0; ///< contact points beyond a wall
@@ -75,6 +80,7 @@ struct Coaxial; // solver/step/coaxial.hpp
 
 /// Wires that are solved together: one alone, or instruments in one another.
 struct WireGroup {
+    /// The wires of the group.
     std::vector<WireBody*> wires;
     Coaxial* coaxial = nullptr; ///< of instruments in one another
 };
@@ -116,6 +122,7 @@ StepReport try_or_relax(WireGroup& group, const std::vector<BaseTarget>& to);
 /// lost equilibrium, and the wire is relaxed to the next one.
 constexpr double kRelaxUnstable = 1.0 / 8, kRelaxFailed = 1.0 / 64;
 
+/// Kinetic energy of a wire [J].
 double kinetic_energy(const WireBody& body);
 
 } // namespace amontons

@@ -14,6 +14,7 @@
 
 namespace amontons::studio {
 
+/// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`. Whatever happens

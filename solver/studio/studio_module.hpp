@@ -5,6 +5,7 @@
 // Entry point of the run-time module libamontons-studio.so: plain C, opened by the command studio
 // alone. The module serves pages; it knows no physics and links nothing of amontons.
 
+/// The entry of the module.
 extern "C" {
 
 /// What the page is served from, and where the engine is.

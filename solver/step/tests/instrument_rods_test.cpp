@@ -166,7 +166,7 @@ TEST_CASE("a wire is pushed with what it exerts on a solid")
     CHECK(r.summary.uncertified_steps == 0);
 }
 
-TEST_CASE("an introducer that would yield by much is reported of")
+TEST_CASE("an introducer that would yield by much is reported")
 {
     // A tip that is drawn aside stretches the wire; as much of it is in the introducer.
     const auto drawn = [](double aside) {
