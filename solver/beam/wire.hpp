@@ -43,7 +43,7 @@ struct Reaction {
     WallTouch touch;
 };
 
-/// All that changes.
+/// State of a wire.
 struct WireState {
     int first = 0;            ///< material node at the held end (in a sheath: the moving one)
     double inserted = 0;      ///< length of wire past the sheath's rigid end [m]
@@ -67,7 +67,7 @@ struct TipHold {
     Quaternion section;        ///< the same
 };
 
-/// A wire that nothing changes but its state.
+/// Constant data of a wire, and its state.
 struct Wire {
     WireMaterial material;
     std::optional<Sheath> sheath;  ///< or a clamp at node 0
@@ -87,7 +87,7 @@ void start_in_sheath(Wire& wire, double insertion, double twist);
 
 /// The first material node for an insertion, so that the growing element has between a half
 /// and one and a half of its full length; last() if nothing is out. Depends on nothing else:
-/// pulling back meets the same meshes as pushing in.
+/// withdrawal passes through the meshes of insertion.
 int first_node(const WireMaterial& material, double insertion);
 
 /// Law of the element at the held end, for the length that is out.
@@ -98,8 +98,8 @@ Vec3 held_point(const Wire& wire, const WireState& state, double s);
 /// Rotation of a section of the held part.
 Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
 
-/// Sets a new base position and moves the wire along itself by the difference, as a snake
-/// does: a guess for the next equilibrium. Reactions move along. Adds and removes nodes.
+/// Predictor: translates the wire along its centreline by the base increment. Reactions move along.
+/// Adds and removes nodes.
 void drive_base(Wire& wire, double insertion, double twist);
 
 /// Whether the element at the sheath's end has become much shorter or longer than a whole one, as
@@ -114,7 +114,7 @@ struct BaseLoad {
 /// Push and torque at the base [N, N m].
 BaseLoad base_load(const Wire& wire);
 
-/// How the balance of a wire that is out of its sheath feels its base: derivatives of the energy.
+/// Stiffness of the base of a wire that is out of its sheath: derivatives of the energy.
 struct BaseStiffness {
     Eigen::Matrix2d own;   ///< by (insertion, twist) twice [N/m], [N m/rad]
     Eigen::Matrix2d mixed; ///< rows 0 and 3 of node `first` in the gradient, by (insertion, twist)

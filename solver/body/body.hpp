@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-// What a step asks of a body, whatever it is made of.
+// Interface between the time step and a body (rigid, solid, rod).
 //
 // A body has a state at the start of the step and an iterate, which becomes the state at its end.
 // Its unknowns y are a change of the iterate: of places [m] in quasi-static steps, of velocities
 // [m/s] in dynamic ones. With A its step matrix and H the rows of the contacts on it,
-//   A y = A y_free + H^T r:   y_free is where it would lack contact.
+//   A y = A y_free + H^T r:   y_free is its motion without contact.
 // What A cannot hold, the rigid modes R of a body that is held by its contacts alone, are unknowns
 // a of their own: y = y_free + A^+ H^T r + R a with the balance R^T (H^T r) + g = 0.
 
@@ -65,7 +65,7 @@ struct Placement {
 
 using SparseColumns = Eigen::SparseMatrix<double>;
 
-/// What the outside did to a body, or what it holds: for the balance of energy [J].
+/// Energy of one step: external work, dissipation, stored energy [J].
 struct BodyEnergy {
     double work = 0, work_absolute = 0; ///< of loads, weight and prescribed motion over the step
     double dissipated = 0;              ///< by damping and by the time-stepping rule over the step
@@ -81,13 +81,13 @@ public:
     virtual int unknowns() const = 0;
     virtual bool nonlinear() const = 0; ///< its forces are not linear in the places
 
-    /// What is prescribed moves no place farther from one time to another [m].
+    /// Bound of the prescribed motion of any place from one time to another [m].
     virtual double prescribed_motion(double /*from*/, double /*to*/) const { return 0; }
 
-    /// Begins a step (or, after a refusal, the same one anew): the iterate is the state, moved as
-    /// what is prescribed states.
+    /// Begins a step (or, after a refusal, the same one anew): the iterate is the state with the
+    /// prescribed motion applied.
     virtual void begin(const StepInput& step) = 0;
-    /// The iterate is the state itself again, until begin() moves it as what is prescribed states.
+    /// Resets the iterate to the state, until begin() applies the prescribed motion.
     /// @return  false if nothing is prescribed: nothing was done
     virtual bool reset_to_start() = 0;
     /// Matrix and residual at the iterate, without contact forces.
@@ -100,7 +100,7 @@ public:
     virtual Vec3 displacement(const BodyPlace& at) const = 0;   ///< iterate - start of step [m]
     virtual Vec3 velocity(const BodyPlace& at) const = 0;       ///< of the iterate [m/s]
     virtual Vec3 start_velocity(const BodyPlace& at) const = 0; ///< at the start of the step
-    /// What is known of the mean velocity of a dynamic step: all but the end velocity's share.
+    /// Known part of the mean velocity of a dynamic step: without the share of the end velocity.
     virtual Vec3 past_velocity(const BodyPlace& at) const = 0;
 
     virtual Eigen::VectorXd free_change() const = 0; ///< y_free
@@ -114,20 +114,20 @@ public:
     }
     virtual const Eigen::MatrixXd& modes() const = 0; ///< R, unknowns x m
     virtual Eigen::VectorXd mode_load() const = 0;    ///< g: loads on the modes, less inner forces
-    /// "shift along (0, 0, 1)": what the modes do together. @param a  amplitudes, m
+    /// Name of a combination of modes, e.g. "shift along (0, 0, 1)". @param a  amplitudes, m
     virtual std::string mode_name(const Eigen::VectorXd& a) const = 0;
 
-    /// Directions of the modes that no contact feels, m x some, orthonormal: along these the coming
-    /// change() leaves the body as a whole where it is.
+    /// Sets rigid modes constrained by no contact, m x some, orthonormal; the next update() leaves
+    /// them at rest.
     virtual void set_unconstrained_modes(const Eigen::MatrixXd&) {}
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
     virtual void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                         const Eigen::VectorXd& force) = 0;
-    /// Share of the last change that was made; less where an element would have turned inside out.
+    /// Accepted step length in (0, 1]; < 1 where the line search avoided inversion.
     virtual double accepted_step_length() const { return 1; }
-    /// Why the iterate is none that may be lost on from; "" if it may.
+    /// Why the iterate is invalid; empty if it is valid.
     virtual std::string fault() const { return ""; }
-    /// What its user should know of the accepted state; "" if nothing.
+    /// Remark on the accepted state for the user; empty if there is none.
     virtual std::string remark() const { return ""; }
     /// How far the iterate is from balance under these contact forces, relative to the forces [-].
     virtual double imbalance(const Eigen::VectorXd& force) = 0;

@@ -278,7 +278,7 @@ protected:
     double keep_angular_momentum(const Eigen::VectorXd& load, const Eigen::VectorXd& reached);
     /// Amplitudes of the rigid modes nearest to u, of all nodes [m].
     Eigen::VectorXd mean_motion(const Eigen::VectorXd& u) const;
-    /// A motion of the modes without what no contact feels.
+    /// A motion of the modes without those constrained by no contact.
     Eigen::VectorXd felt(const Eigen::VectorXd& mode) const;
     void move_frame(Motion& m, const Eigen::VectorXd& mode) const; ///< by amplitudes of the modes
     /// W of the columns that came last.

@@ -61,7 +61,8 @@ void hyperelastic_tangent(const HyperelasticElement& e, const Hyperelastic& mate
                           const ElementPoints& x, const HyperelasticState& state, ElementMatrix& K);
 
 /// The pressure of the mean J that a motion leads to, as far as it is linear: what is nearly
-/// incompressible answers to all of it with one of many shear moduli, which is nobody's balance.
+/// incompressible answers to all of it with one of many shear moduli, which belongs to no
+/// equilibrium.
 /// @param move  of the nodes from x, 3 x n [m]
 double pressure_after(const HyperelasticElement& e, const Hyperelastic& material,
                       const ElementPoints& x, const ElementPoints& move);

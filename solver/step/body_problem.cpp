@@ -355,7 +355,7 @@ bool BodyStepper::solve()
             if (in[std::size_t(c)]) rows_.chosen.push_back(c);
         assemble();
         if (!problem_.q.allFinite()) {
-            report_.refusal = "a motion without contact that is beyond all numbers";
+            report_.refusal = "the contact-free motion is not finite";
             return false;
         }
         r_ = warm_start();

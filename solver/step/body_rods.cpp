@@ -69,7 +69,7 @@ bool BodyStepper::solve_rods()
         answer = solve_rod_contacts(rods_, states, options_.tolerance);
     report_.iterations += answer.factorisations;
     if (rods_.hasty && !answer.fits) {
-        report_.refusal = "no states of the contacts fit the motion";
+        report_.refusal = "no consistent open-stick-slip assignment of the contacts";
         return false;
     }
 

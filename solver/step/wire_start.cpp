@@ -56,7 +56,7 @@ StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<B
     while (at[w].insertion < insertion) {
         if (stop || tries-- <= 0) {
             r.accepted = false;
-            r.refusal = "it continues by ever smaller pushes only";
+            r.refusal = "insertion stalls below the smallest step";
             return r;
         }
         std::vector<BaseTarget> next = at;
