@@ -169,6 +169,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
     const Eigen::Index m = set_.K.rows(), n = set_.K.cols();
     const double optimal = kOptimal * c.cwiseAbs().maxCoeff();
     const double begun = now_;
+
+    // ---- Simplex steps
     while (true) {
         work -= m * m + 4 * set_.K.nonZeros() + n;
         if (work < 0) return End::no_work;

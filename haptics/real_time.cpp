@@ -140,6 +140,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     const double period = options.period;
     const auto ticks = std::lround(options.duration / period);
     run.records.resize(static_cast<std::size_t>(ticks)); // written, so the pages are there
+
+    // ---- Bare thread and first operator
     if (options.bare) {
         run.bare_wake.resize(static_cast<std::size_t>(ticks));
         run.bare_wake.clear();
@@ -162,6 +164,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         operators.publish();
     else
         ++run.failed_steps;
+
+    // ---- Scheduler and memory
     if (options.scheduler) {
         // First all there is, so that the loop's arrays have their pages whatever was written yet;
         // what the simulation reserves later gets its own where it writes, not in one go.
@@ -178,6 +182,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     const double start = clock_now() + 5 * period; // the threads are there by then
     std::string refusal;
     std::size_t count = 0;
+
+    // ---- The loop's thread
     std::thread haptic([&] {
         if (options.scheduler) refusal = become_real_time(options.priority);
         flush_denormals();
@@ -226,6 +232,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         if (!sent.force.isZero(0) || !sent.torque.isZero(0))
             fade_out(loop, device, start, k, period);
     });
+
+    // ---- The bare thread, for the effect of the host
     std::thread bare;
     if (options.bare)
         bare = std::thread([&] {
@@ -233,6 +241,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
                        run.bare_wake, run.bare_missed);
         });
 
+    // ---- The simulation, in this thread
     double next = start, published = start;
     PoseAtTime pose;
     bool has_pose = false, told_slow = false;
@@ -287,6 +296,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         ++watched_steps;
         watch_rate();
     }
+
+    // ---- Records and what was refused
     haptic.join();
     tell();
     if (bare.joinable()) bare.join();

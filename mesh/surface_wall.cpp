@@ -192,6 +192,7 @@ bool face_free_side(SurfaceMesh& mesh, const SurfaceWallOptions& options, bool h
 
 WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& options)
 {
+    // ---- Checks and topology
     std::vector<Issue> issues;
     if (options.side != "" && options.side != "inside" && options.side != "outside")
         issues.push_back(
@@ -217,6 +218,8 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
     const bool vessel = !rims.empty() && holes < kVesselHoles * area_of(mesh);
     const bool inside = face_free_side(mesh, options, !rims.empty(), vessel, issues);
     if (!issues.empty()) throw InputError(std::move(issues));
+
+    // ---- Axes, radius, spacing
     const double crease = options.crease > 0 ? options.crease
                           : inside           ? kSmoothCrease
                                              : kSharpCrease;
@@ -248,6 +251,8 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
 
     const std::size_t own = mesh.triangles.size();
     std::vector<Opening> openings;
+
+    // ---- The distance
     if (vessel) {
         rims = rims_of(mesh, issues); // it may have been turned
         std::sort(rims.begin(), rims.end(), [](const Rim& a, const Rim& b) {

@@ -364,6 +364,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     const bool touches_itself = repair(surface, o, file, notes);
     const SizeField field = field_of(surface, o, file, notes);
 
+    // ---- Prediction and limits
     result.predicted_elements = kElementsPerCube * count_by_size(surface, field);
     result.predicted_memory = kBytesAtLeast + kBytesPerElement * result.predicted_elements;
     if (o.repair > 0) result.predicted_memory += rounded_memory(surface, o.repair);
@@ -377,6 +378,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
                   number_text(kMostElements) + " elements: a larger --size" +
                   (o.repair > 0 ? " or --repair" : "")}});
 
+    // ---- Surface in the units of the module
     Eigen::AlignedBox3d box;
     for (const Vec3& x : surface.points)
         box.extend(x);
@@ -407,6 +409,8 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
                             !solid && has_knife(surface) ? 0 : 1,
                             kSliverBound,
                             solid ? &Scaled::outside : nullptr};
+
+    // ---- Tolerances of the check
     const Entries cgal = module(file);
     // CGAL examines one place of a facet: the rest, and vertices on edges that are not kept, may be
     // farther. Who asks for a deviation gets an error then.
@@ -423,6 +427,8 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     // times.
     std::vector<SizeSource> sources = field.sources();
     std::string fault;
+
+    // ---- Fill and check, with smaller elements where it fails
     for (int round = 0; round < kRounds; ++round) {
         const SizeField now(o.size, sources, o.gradation);
         scaled.size = &now;
@@ -463,6 +469,8 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         for (const Vec3& x : places)
             sources.push_back({x, 0.5 * now.at(x)});
     }
+
+    // ---- Result
     if (!fault.empty())
         throw InputError({{file, "", fault + ": features below the mesh size were lost",
                            solid ? kOtherWidth : kOtherSurface}});

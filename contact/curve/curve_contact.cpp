@@ -330,6 +330,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out)
 {
+    // ---- Distance and contact at a place
     struct Found {
         WallSample wall;
         double gap;
@@ -353,12 +354,15 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         c.slides_a = slides;
         out.push_back(c);
     };
+
+    // ---- Stations
     std::vector<Found> at;
     for (const CurvePlace& p : stations)
         at.push_back(look(p));
     for (std::size_t i = 0; i < stations.size(); ++i)
         if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
 
+    // ---- Places of least distance between stations
     // Between two stations: where the distance stops falling and begins to grow.
     const std::size_t between = a.closed ? stations.size() : stations.size() - 1; // of one: none
     for (std::size_t i = 0; i < between; ++i) {

@@ -175,6 +175,8 @@ void touch_ellipsoid_polyhedron(const PairFrame& pair, const Ellipsoid& own,
         for (std::size_t f = 0; f < b.normals.size(); ++f)
             if (b.normals[f].dot(a.lowest(b.normals[f])) - b.offsets[f] > pair.reach) return;
     std::vector<Facing> all;
+
+    // ---- Faces, edges, vertices
     for (std::size_t f = 0; f < b.normals.size(); ++f) {
         const Vec3 &n = b.normals[f], x = a.lowest(n);
         const double h = n.dot(x) - b.offsets[f];
@@ -203,6 +205,8 @@ void touch_ellipsoid_polyhedron(const PairFrame& pair, const Ellipsoid& own,
             facing_contact(b.vertices[v], a.nearest(b.vertices[v]), 0, Feature::vertex, v);
         all.push_back({c, rises(b, number(v), -c.normal, kStrict)});
     }
+
+    // ---- Bodies that are not convex
     if (!convex) {
         const std::size_t begin = out.size();
         for (const Facing& f : all) {

@@ -136,6 +136,8 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
 void solve_automatically(SolverWork& work, bool warm)
 {
     ShiftedDelassus matrix(work);
+
+    // ---- From a warm start: free steps
     // What sweeps would find out, which contacts do what, the start knows; not in a network of
     // rigid bodies, whose reactions are not unique: full steps run away.
     const bool network = work.problem.W.is_of_bodies();
@@ -148,6 +150,8 @@ void solve_automatically(SolverWork& work, bool warm)
             work.take_best();
         }
     }
+
+    // ---- Accelerated sweeps
     std::optional<AcceleratedNsgs> sweeps;
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
@@ -168,6 +172,8 @@ void solve_automatically(SolverWork& work, bool warm)
                         // ones
         work.take_best();
     }
+
+    // ---- Newton's method and the path
     // Where sweeps have hardly helped, what they have reached is no better a start than none.
     NewtonPath first = network ? kNetworkPath : NewtonPath{};
     first.from_afar = !helped;
@@ -183,6 +189,8 @@ void solve_automatically(SolverWork& work, bool warm)
     if (follow_path(work, matrix, kFreeNewton)) return;
     matrix.trust();
     if (work.progress.best_error() <= work.options.acceptable) return;
+
+    // ---- Proof, close paths, proximal problems
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;

@@ -55,6 +55,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     const Columns& columns = work.columns;
     ScaledProblem scaled(work);
 
+    // ---- Scales, law and shift
     // What the law sees is v = u + alpha S^-2 (r - centre).
     const bool near_centre = proximal.alpha > 0;
     Eigen::VectorXd stiffness, v;
@@ -79,6 +80,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     // packing of many redundant contacts needs the weak ones.
     smoothing.open = problem.W.is_dense() ? 1e-2 : 1e-6;
     const double widest = 1 / root_n;
+
+    // ---- First epsilon
     if (path.smooth)
         smoothing.epsilon =
             path.from_afar ? widest
@@ -101,6 +104,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     int lowest_at = 0;
     std::vector<int> few;
     bool held = false; // by a few contacts that have not been solved apart
+
+    // ---- Steps along the path
     for (int steps = 0; !progress.ends(r, u, true); ++steps) {
         if (smoothing.epsilon < lowest) {
             lowest = smoothing.epsilon;

@@ -320,6 +320,7 @@ Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
 
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots)
 {
+    // ---- Boxes and nodes that may overlap
     const BoundingBox box_a = box_around(a);
     BoundingBox box_b = box_around(b);
     box_b.low -= b.thickness;
@@ -356,6 +357,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     const double room = (1 + 1e-9) * (b.thickness > 0 ? b.thickness : leaves);
     BoundingBox near{shared.low - room, shared.high + room};
     const FaceDistance distance(b, near);
+
+    // ---- Depth at a place; places of edges
     if (distance.empty()) return;
     const ExternalSurface& surface = a.facets.surface();
     std::int32_t hint = -1;
@@ -400,6 +403,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         Vec3 normal; ///< of what is nearest to it, or zero
     };
     std::vector<Met> met; // node by node
+
+    // ---- Nodes inside, edges that enter and leave
     const auto inside = [&](const Vec3& x) {
         return (x.array() >= shared.low).all() && (x.array() <= shared.high).all();
     };

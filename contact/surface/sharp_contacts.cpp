@@ -261,6 +261,8 @@ void Finder::edges_across_edges()
     const BoundingBox all = around(slave_.places, slave_.surface.used_nodes, reach_);
     std::vector<std::int32_t> near; // pieces of the master
     std::vector<BoundingBox> boxes;
+
+    // ---- Boxes of the master's edges
     const auto box_of = [](const SharpSurface& s, const Piece& p, double margin) {
         const double length =
             (place_at(s.places, p.nodes[1]) - place_at(s.places, p.nodes[0])).norm();
@@ -278,6 +280,8 @@ void Finder::edges_across_edges()
 
     std::vector<std::array<Vec3, 2>> directions[2]; // once they are needed
     std::optional<SmoothNormals> smooth[2];         // of the slave, of the master
+
+    // ---- Crossings of edges
     std::vector<Crossing> found;
     const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id) {
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];
@@ -326,6 +330,8 @@ void Finder::edges_across_edges()
             if (const Vec3 m = -sharp_face_normal(slave_, face); points_away(master_, q, -m, by))
                 return add(i, j, m, id);
     };
+
+    // ---- Pairs of pieces in each other's reach
     const std::int64_t pairs_of_chains = std::int64_t(of_slave.chains) * of_master.chains;
     const std::int64_t on_master =
         std::int64_t(of_slave.chains) * std::int64_t(of_master.pieces.size());
@@ -357,6 +363,7 @@ void Finder::edges_across_edges()
         });
     }
 
+    // ---- One crossing for each place
     // Crossings near a node may be seen from both of its pieces: the one well within its own
     // counts.
     std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {

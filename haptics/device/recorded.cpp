@@ -69,6 +69,8 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
                            "time,x,y,z[,turn_x,turn_y,turn_z] and a line "
                            "of numbers for each time"}});
     std::string_view header = next_part(rest, '\n');
+
+    // ---- Heading
     int headings = 0;
     for (; !header.empty(); ++headings) {
         const std::string_view heading = next_part(header, ',');
@@ -96,6 +98,7 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
                               "all of turn_x, turn_y, turn_z, or none"});
     if (!issues.empty()) throw InputError(std::move(issues));
 
+    // ---- Rows
     Trajectory path;
     for (int line = 2; !rest.empty() && issues.size() < kMostIssues; ++line) {
         std::string_view row = next_part(rest, '\n');

@@ -120,6 +120,8 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
     NetNodes<kNetBlock> nodes;
     std::vector<double>& f = nodes.f;
     constexpr const int* stride = NetNodes<kNetBlock>::kStride;
+
+    // ---- Crossings of the grid's edges, block by block
     const double reach = nodes.reach(edge);
     for (std::int32_t bx = 0; bx < blocks[0]; ++bx)
         for (std::int32_t by = 0; by < blocks[1]; ++by)
@@ -180,6 +182,8 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                                 corner + edge * (Vec3{1.0 * i, 1.0 * j, 1.0 * k} + sum / count));
                         }
             }
+
+    // ---- Points and triangles
     for (Vec3& p : mesh.points)
         p = surface.project(p);
 

@@ -343,6 +343,8 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
                  behind_out = out.material.length - length_out(out);
     const int count = int(n.points.size());
     const double widest = widest_bore(out), least = kLeastArm * spacing_of(n);
+
+    // ---- Contact points in the bore
     for (int k = 0; k < count; ++k) {
         const bool outers = k != n.inners_tip();
         NestedContact contact;

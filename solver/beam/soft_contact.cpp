@@ -201,6 +201,8 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
     if (tube.hyperelastic()) tube.take(s.wall[w]);
     std::vector<Candidate> carriers;
     std::vector<TubeForce> forces;
+
+    // ---- Contact forces as they are known
     std::vector<Vec3> tangential, place; // as they are kept; in the undeformed wall
     double largest = 0;
     bool known = true;
@@ -226,6 +228,8 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
     if (carriers.empty()) return 0;
     const auto n = Eigen::Index(carriers.size());
     double change = 1, before = 1;
+
+    // ---- Sweeps until places, normals and displacement agree
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
         std::vector<TubeForce> now;
         change = known ? 0 : 1;

@@ -405,6 +405,8 @@ void drive_base(Wire& wire, double insertion, double twist)
     s.inserted += shift;
     s.inserted_rest = 0;
     s.rotation += turn;
+
+    // ---- Mesh of the new base position
     s.first = first_node(wire.material, insertion);
     // Compressed or stretched in the sheath by much of an element, the wire is not where its base
     // states: the element at the sheath's end would have next to no length, or less.
@@ -424,6 +426,8 @@ void drive_base(Wire& wire, double insertion, double twist)
         s.reaction = none;
         return;
     }
+
+    // ---- Translation along the centreline
     place_held_node(wire, s);
     if (shift != 0 || s.first != old.first) {
         // Node i passes where the wire was a length `shift` further on.

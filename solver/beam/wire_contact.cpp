@@ -106,6 +106,8 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
         moves.push_back(w.soft ? reach_of(*w.soft) : 0);
     const WireState& s = wire.state;
     const std::size_t nw = walls.size();
+
+    // ---- Candidates of each contact point
     for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
         const MaterialPoint& m = wire.material.point[p];
         const auto place = place_of(wire, s, m.s, m.element, m.xi);

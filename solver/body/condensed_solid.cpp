@@ -60,6 +60,8 @@ void CondensedSolid::make_parts()
 {
     parts_of_u_.clear();
     const Eigen::Index size = at3(mesh_.nodes.size());
+
+    // ---- Loads, holds and weight as vectors
     const auto load = [&](std::size_t input, int axis, Eigen::VectorXd force) {
         Part p;
         p.input = input;
@@ -102,6 +104,7 @@ void CondensedSolid::make_parts()
             if (!p.dofs.empty()) parts_of_u_.push_back(std::move(p));
         }
 
+    // ---- Responses, all solved at once
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
     // that report the mean motion (A is symmetric), and turns of the holds, whose forces are
     // moments. All are solved for at once.
@@ -134,6 +137,8 @@ void CondensedSolid::make_parts()
     for (Eigen::Index j = 0; j < n + modes + turns; ++j)
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             U(dofs_.free[i], j) = free(Eigen::Index(i), j);
+
+    // ---- Responses at touching nodes, and between the parts
     const auto at_touching = [&](Eigen::Index j) {
         Eigen::VectorXd u(at3(touching_.size()));
         for (std::size_t k = 0; k < touching_.size(); ++k)

@@ -47,6 +47,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
     , K_(1, false)
     , M_(1, false)
 {
+    // ---- Nodes at holds, loads and couplings
     std::vector<double> places;
     for (const RodHold& h : input_.hold)
         if (h.at) places.push_back(*h.at);
@@ -88,6 +89,8 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
         if (set == "end") return rod_.closed ? 0 : int(n) - 1;
         return rod_.node_at(at.value_or(0));
     };
+
+    // ---- Holds and loads
     std::vector<Issue> issues;
     for (std::size_t k = 0; k < input_.hold.size(); ++k) {
         const RodHold& h = input_.hold[k];
@@ -131,6 +134,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
             std::ptrdiff_t(nodes_held.size()))
         root_ = nodes_held[0];
 
+    // ---- Masses and state
     state_.nodes = rod_.nodes;
     if (!input_.fed.empty()) start_at_sheath();
     state_.velocity.assign(n, Vec6::Zero());

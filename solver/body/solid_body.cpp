@@ -448,6 +448,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     Eigen::VectorXd inner, scale;
     const Eigen::VectorXd before = reaction_;
     const bool filtered = step_.dynamic && step_.rule.filtered;
+
+    // ---- Reactions of prescribed nodes and their work
     // What prescribed nodes need, beside loads, inner forces and contacts.
     if (!conditions_.held.empty() || filtered) {
         Eigen::VectorXd missing = -residual(scale);
@@ -490,6 +492,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         }
         return e;
     }
+
+    // ---- Dissipation by damping and by the rule
     double damped_power = 0; // of the rates of strain, per damping [W/s]
     if (input_.stiffness_damping > 0 && !filtered) {
         const Eigen::VectorXd v = into_frame(step_.rule.end * now_.v + step_.rule.start * state_.v);
@@ -533,6 +537,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         if (input_.stiffness_damping > 0)
             e.dissipated += step_.h * input_.stiffness_damping * damped_power;
     }
+
+    // ---- The iterate becomes the state
     momentum_ = momentum;
     state_ = now_;
     if (frame_kind() == Frame::floating) find_spin();

@@ -144,6 +144,8 @@ void SolidBody::make_matrix()
     if (matrix_->constant && (!step_.dynamic || same_step)) return;
 
     const double h = step_.h, theta = step_.rule.end;
+
+    // ---- Without a factor, or with the last order
     if (iterative_) {
         if (matrix_->large && (!step_.dynamic || same_step)) return;
         matrix_->large.reset(); // its memory first
@@ -163,6 +165,8 @@ void SolidBody::make_matrix()
     }
     FactorResult done;
     double scale = 1;
+
+    // ---- A kept factor
     // A kept factor is known by its mesh, material and holds, not by supports.
     if (messages_ && !cache_.empty() && conditions_.supports.empty()) {
         SolidMatrixKind matrix;
@@ -192,6 +196,8 @@ void SolidBody::make_matrix()
         if (!nonlinear_) drop_step_matrix(); // before L is there: it takes all memory
         done = matrix_->factor.factor_taken();
     }
+
+    // ---- Factor: exact tangent, stabilised, shifted
     if (exact_tangent_) not_positive_ = false;
     border_.resize(0, 0);
     if (done && hyperelastic_ && free_modes_.cols() > 0) find_border();
@@ -225,6 +231,8 @@ void SolidBody::make_matrix()
               "sizes, stiffness, density, damping and time.step that a step can add up "
               "in 16 digits"}});
     }
+
+    // ---- Columns of the compliance
     matrix_->h = h;
     matrix_->theta = theta;
     if (nonlinear_) return;

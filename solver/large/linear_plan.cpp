@@ -218,6 +218,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         path.possible = false;
     };
     direct.memory = iterative.memory = kProgram;
+
+    // ---- Memory and operations of each solid
     double trial = 0;     // seconds that one takes
     double largest = 0;   // memory while the largest factor is made counts once
     double iterating = 0; // of `iterative.seconds`: a single iteration in each solve
@@ -256,6 +258,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
             impossible(distributed, s.only_direct);
         }
     }
+
+    // ---- Times, and the quickest method that fits
     direct.memory += largest;
     if (find_module("petsc").empty())
         for (LinearPath* path : {&iterative, &distributed})
@@ -302,6 +306,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                        : "the quickest by prediction";
     };
     choose();
+
+    // ---- Modules; one solve where the choice is close
     // Whether the module can be loaded is worth knowing only where it is taken.
     if (plan.taken != "direct" && plan.path(plan.taken)->possible)
         if (const std::string fault = parallel_fault(); !fault.empty()) {
@@ -342,6 +348,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         }
         choose();
     }
+
+    // ---- Refusal
     const LinearPath& taken = *plan.path(plan.taken);
     if (!taken.possible)
         plan.refusal = fmt::format("{}: {}", taken.name, taken.why);

@@ -158,6 +158,7 @@ void tree_compliance(const Supernodes& L, const Eigen::SparseMatrix<double>& C,
     W.setZero(columns, columns);
     const auto supernodes = std::size_t(L.count());
 
+    // ---- Entries of C by supernode
     struct Entry {
         std::int32_t row, column;
         double value;
@@ -184,6 +185,7 @@ void tree_compliance(const Supernodes& L, const Eigen::SparseMatrix<double>& C,
             entries[next[std::size_t(s)]++] = {row - L.first[std::size_t(s)], j, it.value()};
         }
 
+    // ---- From the leaves to the root
     std::vector<std::vector<double>> waiting(supernodes); // width x reached_by, by rows
     const auto block_of = [&](std::int32_t s) {
         std::vector<double>& Y = waiting[std::size_t(s)];

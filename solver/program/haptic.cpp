@@ -210,6 +210,8 @@ void haptic(HapticArguments& a, Session& session)
     settle(a.scene);
     const DeviceChoice choice = choose_device(a.device);
     Scene scene = read_scene(a.scene.scene, a.scene.overrides);
+
+    // ---- Checks of the arguments
     if (a.virtual_time && (choice.kind == "udp" || choice.kind == "spacemouse"))
         throw InputError({{"(--virtual-time)", "--device", quoted_text(a.device),
                            "simulated or recorded:FILE: the others live by the clock"}});
@@ -247,6 +249,7 @@ void haptic(HapticArguments& a, Session& session)
         lock.emplace(a.output, "amontons haptic " + scene.file);
     }
 
+    // ---- Settings, simulation, device
     place_introducers(scene);
     const std::vector<Obstacle> obstacles = build_obstacles(scene);
     // Ticks by the clock, and poses from elsewhere, come when they come.
@@ -288,6 +291,8 @@ void haptic(HapticArguments& a, Session& session)
     device->open();
 
     std::optional<Viewer> viewer;
+
+    // ---- View and publication of operators
     if (a.view)
         viewer.emplace(scene.title.empty() ? "amontons" : scene.title, ::isatty(STDERR_FILENO));
     auto frames = std::make_unique<ViewMaker>(obstacles, contact_bodies(scene));
@@ -315,6 +320,8 @@ void haptic(HapticArguments& a, Session& session)
                                         link->contact_records()));
         return done;
     };
+
+    // ---- The run
     HapticOutcome out;
     std::vector<TickRecord> records;
     out.real_time = !a.virtual_time;
@@ -388,6 +395,8 @@ void haptic(HapticArguments& a, Session& session)
             session.error("the simulation stopped: " + run.stopped);
         }
     }
+
+    // ---- Result files and messages
     if (!published && out.status == "done") {
         out.status = "failed";
         session.exit_code = kSolveFailed;

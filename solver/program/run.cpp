@@ -249,6 +249,8 @@ void run_scene(RunArguments& arguments, Session& session)
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
     if (arguments.record) refuse_nested(scene);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
+
+    // ---- Scene and simulation
     std::vector<Issue> odd;
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
     const double read_seconds = watch.seconds();
@@ -272,6 +274,8 @@ void run_scene(RunArguments& arguments, Session& session)
     RunWriterOptions options;
     options.name = run_name(scene.file);
     options.directory = arguments.output.empty() ? "out/" + options.name : arguments.output;
+
+    // ---- Files of the run
     options.command = session.arguments;
     for (const Issue& w : odd)
         options.warnings.push_back(InputError({w}).what());
@@ -302,6 +306,8 @@ void run_scene(RunArguments& arguments, Session& session)
             viewer->offer(frames.frame(r.time, r.beams, simulation.body_records(), r.contacts));
         };
     }
+
+    // ---- The run and its summary
     RunSummary summary = simulation.run(observers, stop);
     progress.end();
     for (const std::string& m : simulation.messages())
@@ -331,6 +337,8 @@ void run_scene(RunArguments& arguments, Session& session)
     session.exit_code = exit_code(summary);
 
     std::vector<std::string> pictures;
+
+    // ---- Plots and pictures
     if (scene.output.plots && !was_interrupted()) {
         std::string message;
         pictures = plot_history(directory, message);
@@ -350,6 +358,8 @@ void run_scene(RunArguments& arguments, Session& session)
 
     Viewer::Counts shown;
     if (viewer) shown = viewer->close();
+
+    // ---- Messages
     for (const std::string& w : summary.warnings)
         session.say("warning: " + w);
     if (summary.status != "done") session.error(summary.status + ": " + summary.message);

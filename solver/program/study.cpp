@@ -251,6 +251,8 @@ void run_study(const StudyArguments& a, Session& session)
     Definition about{a.scene.scene, "",     a.scene.overrides, a.sweeps, a.quantity,
                      a.reference,   a.shard};
     std::vector<Sweep> sweeps;
+
+    // ---- Checks, all together
     const auto collect = [&](auto&& make) {
         try {
             make();
@@ -284,6 +286,8 @@ void run_study(const StudyArguments& a, Session& session)
                 work.push_back(std::move(w));
             });
         }
+
+    // ---- Table and folder
     Table table;
     collect([&] { table = empty_table(about); });
     if (!issues.empty()) throw InputError(issues);
@@ -320,6 +324,8 @@ void run_study(const StudyArguments& a, Session& session)
         jobs.push_back(std::move(job));
         of_job.push_back(&w);
     }
+
+    // ---- The runs, side by side
     const std::atomic<bool>& stop = stop_on_interrupt();
     const auto check_quantity = [&](const PointRecord& r) {
         if (r.status != "done" || has_quantity(r, a.quantity)) return;
@@ -354,6 +360,7 @@ void run_study(const StudyArguments& a, Session& session)
         }
     });
 
+    // ---- What is left to do
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
     tell(table, a, folder, session);

@@ -43,6 +43,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     Plan plan;
     plan.linear = linear;
     const bool direct = linear.taken.empty() || linear.taken == "direct";
+
+    // ---- Bodies, surfaces and pairs
     plan.bodies = bodies;
     for (const Obstacle& o : obstacles)
         if (const ObstacleInput* input = body_named(scene.obstacles, o.name))
@@ -59,6 +61,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                               largest > 0 ? "coulomb" : "frictionless", law.friction});
     }
 
+    // ---- Methods used
     const bool dynamic = scene.time.kind == "dynamic";
     const auto any = [&](auto&& condition) {
         return std::any_of(scene.obstacles.begin(), scene.obstacles.end(), condition);
@@ -129,6 +132,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back("walls in closed form");
     if (any(is_sampled)) plan.uses.push_back("walls as sampled signed distances");
 
+    // ---- Parts left out, and why
     const auto leave = [&](bool out, const char* what, const std::string& why) {
         if (out) plan.leaves_out.push_back({what, why});
     };
@@ -169,6 +173,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
 
     if (scene.output.picture && !find_module("vtk").empty()) plan.picture = kPicture;
     plan.memory = linear.path(linear.taken) ? 0 : kProgram; // which a path counts, too
+
+    // ---- Predicted memory and time
     for (const BodyPlan& b : bodies)
         plan.memory += b.kind == "solid" && !linear.paths.empty() ? 0
                        : b.kind == "solid"                        ? kPerSolidUnknown * b.unknowns

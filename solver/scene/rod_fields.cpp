@@ -146,6 +146,8 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         refuse("curvature", b.segments[i].curvature);
         refuse("twist", b.segments[i].twist);
     }
+
+    // ---- Shape
     if (shape.has_curve() && !shape.points.empty())
         findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
                      "either \"points\" or \"curve\"");
@@ -192,6 +194,8 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
                          fmt::format("> {} [m], the rod's own radius", thickest));
         begin = end;
     }
+
+    // ---- Holds and loads
     const auto where = [&](const std::string& here, const std::string& set,
                            const std::optional<double>& at) {
         if (set.empty() == !at.has_value())

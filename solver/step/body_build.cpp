@@ -278,6 +278,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 {
     std::vector<Issue> issues;
     const ContactLaw* rest_law = nullptr;
+
+    // ---- Checks: laws, names, meshes
     // The operator of a hand asks for all pairs of its handle.
     const std::vector<ContactLaw> laws =
         written_out(scene, scene.haptic.given ? nullptr : &rest_law);
@@ -314,6 +316,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 
+    // ---- Which nodes may touch, by the pairs of the laws
     // Pairs first: they specify which nodes may touch.
     Built built{scene, *system, issues, {}};
     std::unordered_map<std::string, int> solid_number;
@@ -356,6 +359,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
     }
 
+    // ---- Linear solver
     system->linear = choose_linear(scene, solids, meshes, obstacles, laws, surfaces, !refuse);
     if (refuse && !system->linear.refusal.empty()) {
         issues.push_back(
@@ -365,6 +369,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     const bool iterative = !meshes.empty() && system->linear.taken != "direct";
 
+    // ---- Bodies, in the order of the scene
     for (const std::string& name : scene.order) {
         if (const int i = solid_index(name); i >= 0) {
             const SolidInput& input = solids[std::size_t(i)];
@@ -438,6 +443,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 
+    // ---- Rods at rest: what holds them
     if (scene.time.kind != "dynamic") {
         // What neither holds nor contacts nor couplings hold would fly off.
         std::set<std::string> met;
@@ -472,6 +478,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (!issues.empty()) throw InputError(std::move(issues));
     }
 
+    // ---- Surfaces, walls and pairs
     std::vector<const Wall*> walls;
     for (const Obstacle& o : obstacles)
         walls.push_back(&o.model.wall);
@@ -546,6 +553,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
         pairs.push_back(std::move(p));
     }
+
+    // ---- Pairs of all that no law names; the finder
     std::optional<DefaultLaw> rest;
     if (rest_law) {
         rest = DefaultLaw{rest_law->friction,
@@ -564,6 +573,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (rest->others.size() == n * (n - 1) / 2) rest.reset(); // nothing is left
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
+
+    // ---- State at the start: overlaps, rules of time
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);
     if (std::vector<Issue> inside = start_overlaps(*system, scene, obstacles); !inside.empty())

@@ -71,6 +71,7 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 /// At the end of the step: gaps, slips and forces there against the problem's laws.
 bool BodyStepper::check_end_of_step()
 {
+    // ---- Reactions of the step on the geometry at its end
     // Forces keep their direction in space; where normals turned, they no longer fit the law.
     const ContactProblem solved = problem_;
     const Rows solved_rows = rows_;
@@ -94,6 +95,8 @@ bool BodyStepper::check_end_of_step()
     Eigen::VectorXd r = Eigen::VectorXd::Zero(solved_rows.count);
     Eigen::VectorXd u(solved_rows.count);
     std::vector<ActingForce> acting;
+
+    // ---- Error of the contact laws
     std::vector<BodySystem::Key> acting_keys;
     double lost = 0, total = 0;
     for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -130,6 +133,8 @@ bool BodyStepper::check_end_of_step()
     r_ = r;
     certify_rows(u);
     if (report_.worst >= 0) report_.worst = -1;
+
+    // ---- Penetration of other contacts
     // A contact that was not in the problem and penetrates now.
     double new_overlap = 0;
     deepest_.clear();
@@ -139,6 +144,8 @@ bool BodyStepper::check_end_of_step()
             deepest_ = fmt::format("penetration of {:.2g} m left of {}",
                                    new_overlap * (step_.dynamic ? step_.h : 1), who(c));
         }
+
+    // ---- Balance of the bodies
     double shift = total > 0 && !nothing_ ? lost / total : 0;
     const std::vector<Eigen::VectorXd> f = forces_on_bodies(contacts(), acting);
     double imbalance = 0;

@@ -33,6 +33,8 @@ bool BodyStepper::solve_without_W()
     const std::size_t n = rows_.chosen.size();
     problem_ = {};
     problem_.mu.resize(Eigen::Index(n));
+
+    // ---- Laws and first reactions
     problem_.kind.resize(n);
     problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
     for (std::size_t i = 0; i < n; ++i) {
@@ -48,6 +50,8 @@ bool BodyStepper::solve_without_W()
                     mean = Eigen::VectorXd::Zero(rows_.count);
     const Eigen::VectorXd start = values(rows_);
     const Stopwatch watch;
+
+    // ---- Newton's method on each solid
     for (std::size_t b = 0; b < bodies(); ++b) {
         SolidBody* solid = system_.refs[b].solid;
         if (!solid || !solid->iterative()) {
@@ -118,6 +122,8 @@ bool BodyStepper::solve_without_W()
     body_force_ = forces(rows_, r_);
     Eigen::VectorXd u = start;
     add_motion(rows_, y_, u);
+
+    // ---- Certificate
     // The certificate needs W r, which is known, and the size of W.
     std::vector<Eigen::Triplet<double>> diagonal;
     for (int i = 0; i < rows_.count; ++i)

@@ -127,6 +127,8 @@ std::string BodyStepper::toppling()
     if (some.empty() || step_.dynamic) return "";
 
     const int n_contacts = int(list_.contact.size());
+
+    // ---- Rows of closed contacts
     Rows rows;
     for (int c = 0; c < int(value_.size()); ++c)
         if (c >= n_contacts || force_.count(key(c)) > 0 ||
@@ -160,6 +162,8 @@ std::string BodyStepper::toppling()
     int negative = 0;
     Eigen::Index modes = 0;
     std::vector<Eigen::MatrixXd> W(bodies());
+
+    // ---- Stability with these rows held
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows.row[b].empty()) continue;
         SolidBody* const solid = system_.refs[b].solid;
@@ -210,6 +214,8 @@ bool BodyStepper::solve_with_modes()
     options.threads = options_.threads;
     options.scope = ErrorScope::acting_rows;
     options.least_norm = spread_;
+
+    // ---- Modes, their loads and weights
     const Eigen::VectorXd q = problem_.q;
     bool modes = false, some_stressed = false;
     for (std::size_t b = 0; b < bodies(); ++b) {
@@ -222,6 +228,8 @@ bool BodyStepper::solve_with_modes()
     options.acceptable = 5 * options.tolerance;
     options.patience = kModesPatience;
     options.stop = options_.stop;
+
+    // ---- Multipliers: solve, then a <- a + s (B^T r + g)
     double best = std::numeric_limits<double>::infinity();
     const int begun = report_.iterations;
     Eigen::VectorXd load_before; // on the modes that were worst in the step before

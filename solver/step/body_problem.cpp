@@ -115,6 +115,8 @@ void BodyStepper::assemble()
     choose_rows(all_, rows_);
     const int n_contacts = int(list_.contact.size());
     const std::size_t n = rows_.chosen.size();
+
+    // ---- Laws, q and W of the rows
     problem_.mu.resize(Eigen::Index(n));
     problem_.kind.resize(n);
     problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
@@ -150,6 +152,8 @@ void BodyStepper::assemble()
         report_.compliance += watch.seconds();
         return;
     }
+
+    // ---- Scales of the modes
     bool modes = false;
     // Elastic give of each row: a stiff body's modes are felt through what it stands on.
     Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
@@ -189,6 +193,8 @@ void BodyStepper::assemble()
             s = load > 0 ? least / load : 1;
         }
     }
+
+    // ---- Sum over bodies
     const auto sum = [&](double share) {
         for (std::size_t b = 0; b < bodies(); ++b)
             if (B_[b].size() > 0)
@@ -311,6 +317,8 @@ bool BodyStepper::solve()
     feeds_freely_.resize(bodies(), 0);
     for (std::size_t b = mode_way_.size(); b < bodies(); ++b)
         mode_way_.push_back(body(b).size());
+
+    // ---- Gaps and slips of the free motion
     for (std::size_t b = 0; b < bodies(); ++b)
         mode_[b] = Eigen::VectorXd::Zero(mode_load_[b].size());
     all_.chosen.resize(std::size_t(n));
@@ -331,6 +339,7 @@ bool BodyStepper::solve()
     if (step_.dynamic) size /= step_.h;
     const double slack = 1e-13 * size;
 
+    // ---- Contacts that act from the start
     std::vector<char> in(std::size_t(n), 0);
     // Where modes are free any contact may be what stops them.
     bool modes = false;
@@ -349,6 +358,8 @@ bool BodyStepper::solve()
     std::string some_stressed;
     for (std::size_t b = 0; b < bodies() && some_stressed.empty(); ++b)
         if (stressed(b)) some_stressed = system_.refs[b].name;
+
+    // ---- Solve; contacts that penetrate are added until there are none
     for (int growth = 0; growth < kMostGrowth; ++growth) {
         rows_.chosen.clear();
         for (int c = 0; c < n; ++c)

@@ -318,6 +318,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         for (int i = 0; i < 3; ++i)
             out.push_back({name + axes[i], unit, v[i]});
     };
+
+    // ---- Contact forces by pair and by body
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
     std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0), closed(pairs.size(), 0);
@@ -356,6 +358,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     for (std::size_t b = 0; b < on_body.size() && unnamed; ++b)
         vector(system.refs[b].name + "_contact_force", "N", on_body[b]);
     std::size_t solid = 0, rod = 0;
+
+    // ---- Quantities of each body
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
             vector(b.name, "m", b.rigid->centre());
@@ -435,6 +439,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         vector(b.name + "_turn", "rad", b.solid->turn_since_start());
         add_probes(*b.solid, int(&b - system.refs.data()), b.name, step, out);
     }
+
+    // ---- Momentum and couplings
     Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
     if (dynamic) {
         for (const BodyRef& b : system.refs) {

@@ -54,6 +54,7 @@ void go_back(BodySystem& system, const Kept& k)
 BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
                           const UnstableBalance* leave)
 {
+    // ---- Rods and their drag
     std::vector<RodBody*> rods;
     double unit = 0, radius = std::numeric_limits<double>::infinity(), shortest = radius;
     double load = 0; // of a drag under which loads move a rod by its radius
@@ -79,6 +80,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             most = std::max(most, rod->largest_motion());
         return most;
     };
+
+    // ---- First push, out of an unstable equilibrium
     BodyStepOptions quick = options; // Newton's method is quick against a drag, or leads nowhere
     quick.most_iterations = kMostIterations;
     const Kept start = keep(system);
@@ -103,6 +106,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         sum.energy.work_absolute += r.energy.work_absolute;
         sum.energy.dissipated += r.energy.dissipated;
     };
+
+    // ---- Increments against the drag
     double drag = kStart * unit, last_way = 0, longest_way = 0;
     const double strongest = std::max(kStrongest * drag, kHeavy * load), weak = kWeak * drag;
     // Against less drag than an unstable mode has stiffness implicit steps lead back to its
@@ -163,6 +168,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         input.start = step.end();
         input.h = 0;
     }
+
+    // ---- Result
     set_viscous_drag(0);
     go_back(system, start);
     if (sum.refusal.empty())

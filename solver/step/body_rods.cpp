@@ -28,6 +28,8 @@ bool BodyStepper::solve_rods()
     const Stopwatch watch;
     const int n = int(list_.contact.size()), joints = int(system_.couplings.size());
     rows_.chosen.resize(std::size_t(n + joints));
+
+    // ---- Contacts and couplings
     for (int c = 0; c < n + joints; ++c)
         rows_.chosen[std::size_t(c)] = c;
     make_rows(contacts(), rows_);
@@ -63,6 +65,8 @@ bool BodyStepper::solve_rods()
             joint_force[std::size_t(c)] = known->second.x();
     rods_.joints = rod_joints(system_.refs, system_.couplings, joints_, joint_force);
     RodAnswer answer;
+
+    // ---- The sparse problem
     if (n + joints == 0)
         answer.motion = free_;
     else
@@ -73,6 +77,7 @@ bool BodyStepper::solve_rods()
         return false;
     }
 
+    // ---- Reactions and motion
     r_ = Eigen::VectorXd::Zero(rows_.count);
     force_.clear();
     motion_.clear();

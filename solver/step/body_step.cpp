@@ -81,7 +81,8 @@ void BodyStepper::set_contact_forces(bool known_too)
 void BodyStepper::pass_fixed_contact_forces()
 {
     const auto is_stabilised = [](const BodyRef& b) { return b.solid && b.solid->is_stabilised(); };
-    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), is_stabilised)) return;
+    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), is_stabilised))
+        return;
     std::vector<ActingForce> firm;
     for (int c = 0; c < int(list_.contact.size()); ++c) {
         const BodyContact& contact = list_.contact[std::size_t(c)];
@@ -378,6 +379,8 @@ bool BodyStepper::run()
     system_.finder.begin_step(system_.refs);
     force_ = system_.warm;
     sticks_ = system_.warm_sticks;
+
+    // ---- Start: contacts of motion, first iterate
     if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
@@ -406,6 +409,8 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         nonlinear |= b.body->nonlinear();
     linear_ = !nonlinear && !step_.dynamic;
+
+    // ---- Iterations on the geometry at the end of the step
     // Joints turn with their bodies.
     const bool geometry =
         !step_.dynamic && (!system_.finder.all_small() || !system_.couplings.empty());
@@ -482,6 +487,8 @@ bool BodyStepper::run()
             return false;
         }
     }
+
+    // ---- Refusal and its reason
     if (!(report_.error <= report_.threshold)) {
         report_.refusal = fmt::format("certificate {:.1e}", report_.error) + why_no_forces();
         return false;
@@ -501,6 +508,8 @@ bool BodyStepper::run()
         report_.refusal = "interrupted";
         return false;
     }
+
+    // ---- Acceptance: bodies, couplings, rows
     report_modes();
     if (rods_only_) set_contact_forces(true); // their tangent reports stability
     const std::string toppling_body = toppling();

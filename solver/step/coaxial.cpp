@@ -138,6 +138,7 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
                           const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                           const NewtonOptions& options, NewtonReport& report)
 {
+    // ---- Wires on their own, bores
     for (std::size_t w = 0; w < c.wires.size(); ++w) {
         WireBody& b = *c.wires[w];
         if (b.wire.outside())
@@ -170,6 +171,8 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
             }
         }
     }
+
+    // ---- Contacts and residual
     list_contacts(c);
 
     double floor = 0;
@@ -193,6 +196,7 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
     res.scale = reactions;
     res.floor = floor / res.scale;
 
+    // ---- One matrix and one gradient
     // One matrix and one gradient of all.
     c.base.set_zero();
     for (std::size_t w = 0; w < c.wires.size(); ++w) {

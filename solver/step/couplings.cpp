@@ -260,6 +260,8 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
     std::vector<Coupling> rows;
     std::vector<Issue> issues;
     Patches find_patch{scene, bodies, patches, issues};
+
+    // ---- Both sides of every coupling
     struct Sides {
         std::array<int, 2> body{-1, -1};
         std::array<const Patch*, 2> patch{nullptr, nullptr};
@@ -281,6 +283,8 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
         }
     }
     if (!issues.empty()) throw InputError(std::move(issues));
+
+    // ---- Rows of each coupling by its kind
     for (std::size_t k = 0; k < scene.couplings.size(); ++k) {
         const CouplingInput& c = scene.couplings[k];
         const bool slides = c.kind == "slider";

@@ -130,6 +130,8 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             s.state = s.tube->state();
             apply_offset(wire, s);
         }
+
+    // ---- Rounds: wire and contacts, then the offset of the walls
     NewtonReport sum;
     double error = kFirstTolerance / kShare;
     int with_tangent = 0, halvings = 0, tangents = 0;

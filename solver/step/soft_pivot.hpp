@@ -77,6 +77,8 @@ void solve_ports(System& s, CompliantProblem& p, std::vector<typename System::Ro
         for (int i = 0; i < 2; ++i)
             port.push_back(System::combine(1, s.tangent(k, i), -1, t[std::size_t(i)]));
     }
+
+    // ---- Nodes and ports
     const auto place = [&](Eigen::Index j) { return s.place(contact_of_port(p, j)); };
     std::vector<int> node;
     for (Eigen::Index i = 0; i < n; ++i)
@@ -106,6 +108,8 @@ void solve_ports(System& s, CompliantProblem& p, std::vector<typename System::Ro
         }
         return out;
     };
+
+    // ---- Compliance at the nodes
     Eigen::MatrixXd N(size, size);
     std::vector<Node6> z(s.right().size());
     for (Eigen::Index j = 0; j < size; ++j) {
@@ -127,6 +131,8 @@ void solve_ports(System& s, CompliantProblem& p, std::vector<typename System::Ro
     p.answer.resize(0, 0);
     p.inner = p.walls.follow;
     p.q.resize(points);
+
+    // ---- Linearised problem of the contacts
     for (Eigen::Index i = 0; i < n; ++i) {
         const Candidate& c = s.contact(std::size_t(p.walls.which[std::size_t(i)]));
         p.q.segment<3>(3 * i) << c.gap, c.slip[0], c.slip[1];
@@ -288,6 +294,8 @@ bool pivot_compliant(System& s, const Residual& res, const NewtonOptions& option
     const double force = 1e-3 * options.tolerance * res.scale;
     trials.resize(n);
     std::vector<bool> matters(n);
+
+    // ---- Contacts that take part
     for (std::size_t k = 0; k < n; ++k) {
         initial_status(s.contact(k), trials[k]);
         matters[k] = trials[k].status != 0 || s.contact(k).gap < kNearContact * s.contact(k).radius;
@@ -301,6 +309,8 @@ bool pivot_compliant(System& s, const Residual& res, const NewtonOptions& option
     std::vector<typename System::Row> port;
     std::vector<Change> wrong(n);
     bool found = false;
+
+    // ---- Rounds: pivot, then add contacts that came near
     for (int round = 0; round < kMostRounds; ++round) {
         std::vector<int> which;
         for (std::size_t k = 0; k < n; ++k)

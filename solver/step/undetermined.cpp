@@ -230,6 +230,8 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     ReactionSet set;
     set.found = r.cwiseQuotient(scale);
     std::vector<char> judged(std::size_t(n), 1); // rows whose value is known
+
+    // ---- Balances
     for (std::size_t i = 0; i < group.items.size(); ++i) {
         const int c = group.items[i], first = rows.first[i];
         ReactionSet::Contact k;
@@ -271,6 +273,8 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(motions + closed, n + (moves ? motions : 0));
     set.lower = set.upper = Eigen::VectorXd::Zero(motions + closed);
     Eigen::Index at = 0;
+
+    // ---- Rows and bounds of the set
     const auto bounds = [&](double tolerance, double is) {
         // A state that was accepted is within the tolerance; where not, it is of another measure.
         if (!(std::abs(is) <= 2 * tolerance)) is = 0;
@@ -288,6 +292,7 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
         return set;
     }
 
+    // ---- Gaps and slips, with elastic bodies or in motion
     const Eigen::MatrixXd W = compliance_of(group, rows);
     double size = 0;
     for (const std::size_t b : group.bodies)
@@ -368,6 +373,7 @@ Eigen::VectorXd ForceExaminer::values_of(const TouchingGroup& group, const Rows&
 
 void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
 {
+    // ---- Scale and size of the group
     double largest = 0;
     for (const std::size_t b : group.bodies) {
         largest = std::max(largest, passing_[b]);
@@ -393,6 +399,8 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
             names(group), judged, rows.count, kMostJudged, kMostReactions));
         return;
     }
+
+    // ---- The set of reactions
     Eigen::VectorXd scale(rows.count);
     std::map<int, std::vector<std::size_t>> of_pair; // items
     for (std::size_t i = 0; i < group.items.size(); ++i) {
@@ -407,6 +415,8 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
     const ReactionSet set = reactions_of(group, rows, scale);
     ReactionRange range(set, kNoBound * largest);
     int missed = 0;
+
+    // ---- Interval of each pair
     for (const auto& [pair, items] : of_pair) {
         const ContactPair& p = system_.finder.pairs()[std::size_t(pair)];
         Eigen::VectorXd normal = Eigen::VectorXd::Zero(rows.count);

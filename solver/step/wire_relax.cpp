@@ -81,6 +81,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
     const std::vector<BaseLoad> load_before = loads_of(g);
     NewtonOptions options = newton_options(g, to);
     NewtonOptions attempt = options;
+
+    // ---- Options and the pull of the first increment
     options.max_iterations = 10;
     attempt.max_iterations = 10;
     const std::size_t wires = g.wires.size();
@@ -103,6 +105,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
     };
     forget_pull();
     const double target = 0.1 * element_size;
+
+    // ---- Most increments, and what has happened so far
     // A jump may take a wire as far as it is long.
     double longest = 0;
     for (const BaseTarget& t : to)
@@ -122,6 +126,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
         pushed_off = part->pushed_off;
     }
 
+    // ---- Increments: move, then try the wires at rest
     int taken = 0;
     for (r.relaxations = 0; r.relaxations < most; ++r.relaxations) {
         if (part && taken > 0 && r.newton.iterations >= part->most) break;
@@ -241,6 +246,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
         failed = false;
         weight = std::max(weight, 1e-12 * unit);
     }
+
+    // ---- A part of a snap, or no equilibrium
     if (part && taken > 0) {
         r.energy.elastic = energy;
         r.energy.released = r.released;

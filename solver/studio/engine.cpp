@@ -322,6 +322,8 @@ void Engine::take_line(const std::string& line, int number)
     if (!answer.is_object()) return;
     std::unique_lock lock(mutex_);
     if (number != number_) return;
+
+    // ---- Events
     if (answer.contains("event")) {
         const std::string event = answer["event"].get<std::string>();
         if (event == "ready") {
@@ -355,6 +357,8 @@ void Engine::take_line(const std::string& line, int number)
         if (event == "paused") report_state();
         return;
     }
+
+    // ---- Answers to requests
     if (!answer.contains("id") || !answer["id"].is_number_integer()) {
         if (answer.value("ok", true) == false && answer.contains("issues"))
             tell_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
