@@ -32,8 +32,8 @@ std::vector<MeaningTable> make_tables()
           {"max_torque", "N m", "Largest size of the torque so far.", of_wire},
           {"max_clustered_force", "N", "Largest clustered force so far.", of_wire},
           {"passed_through", "",
-           "Number of the wire's points that are outside of every wall; 0 unless something passed "
-           "wrong.",
+           "Number of the wire's points that are outside of every wall; 0 unless something "
+           "failed.",
            of_wire},
           {"branch", "",
            "Name of the branch or opening that the tip was in when it was deepest; \"\": none.",

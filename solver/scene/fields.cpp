@@ -310,7 +310,7 @@ ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
                                                        "Its end, where the wire comes out."))),
          replaced_by({"centreline", "branch"},
                      fallback("[1,0,0]", field<&I::direction>("direction", "", direction(),
-                                                              "Where the wire passes."))),
+                                                              "Direction of the wire."))),
          fallback("chosen", field<&I::normal>("normal", "", direction(),
                                               "Curvature of angle 0 bends this way.")),
          object<&I::centreline>("centreline", place, "Instead of \"at\" and \"direction\"."),
