@@ -59,7 +59,7 @@ public:
     void set_state(std::span<const double> state) override;
 
 private:
-    Vec6 compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
+    Vec6 spring_compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
     void drive();
     Placement placement(const HandPose& pose) const;
 
