@@ -5,7 +5,7 @@
 #include <limits>
 #include <string>
 
-// How good a reaction is, computed from (W, q, mu, r) alone: no solver is believed.
+// Error of a reaction, computed from (W, q, mu, r) alone, independent of the solver.
 // Formulas, and why they do not depend on units: docs/theory/contact.md.
 
 namespace amontons {
@@ -13,8 +13,7 @@ namespace amontons {
 /// How a solve ended.
 enum class SolveStatus {
     converged,    ///< error <= tolerance
-    at_round_off, ///< error <= threshold: as good as numbers allow, which is less than was asked
-                  ///< for
+    at_round_off, ///< error <= threshold: the round-off floor is above the tolerance
     stagnated,    ///< ended at the error that the certificate states
     infeasible,   ///< no reaction can prevent penetration: see Certificate::proof
     out_of_time   ///< max_seconds, or a stop from outside, before the threshold
@@ -28,7 +27,7 @@ constexpr bool is_solved(SolveStatus status)
 
 /// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.
 enum class ContactSolver {
-    automatic, ///< sweeps while they are cheap, else the path, else whatever helps
+    automatic, ///< sweeps while they are cheap, else the path and its fallbacks
     nsgs,      ///< block Gauss-Seidel with an exact local solver
     anderson,  ///< nsgs with Anderson's extrapolation
     uzawa,     ///< De Saxcé and Feng's predictor and projection
@@ -47,7 +46,7 @@ enum class ErrorScope {
                 ///< away must not loosen the test
 };
 
-/// Normal reactions d >= 0 that cannot be felt (W^T d = 0 to round-off) yet close a gap
+/// Normal reactions d >= 0 that cause no motion (W^T d = 0 to round-off) yet close a gap
 /// (q . d < 0). Any r with u_n >= 0 would give 0 <= u . d = q . d + r . W^T d.
 struct InfeasibilityProof {
     Eigen::VectorXd direction; ///< n, one normal component per contact, largest = 1 [-]
@@ -63,15 +62,15 @@ struct Certificate {
     double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
     double tolerance = 0;                                   ///< as asked for [-]
     double threshold = 0; ///< tolerance, or the round-off floor if that is larger [-]
-    /// The last digit of r as an error: who recomputes the error in doubles, projection and all,
-    /// may find this more [-].
+    /// Error of the last digit of r: a recomputation in doubles, projection included, may find this
+    /// more [-].
     double rounding = 0;
-    /// The same after scaling each contact by its own block: sees the stiff ones [-].
+    /// The same after scaling each contact by its own block: contains stiff contacts [-].
     double scaled_error = std::numeric_limits<double>::infinity();
     double worst_penetration = 0;    ///< largest -u_n, or |u| of a bilateral row, >= 0 [m]
     double worst_cone_violation = 0; ///< largest |r_t| - mu r_n or -r_n, >= 0 [N]
-    double worst_dissipation = 0;    ///< largest mu r_n |u_t| + r_t . u_t: work that friction
-                                     ///< should have taken and did not, >= 0 [J]
+    double worst_dissipation = 0;    ///< largest mu r_n |u_t| + r_t . u_t: work missing from the
+                                     ///< dissipation of friction, >= 0 [J]
     int worst_contact = -1;          ///< largest share of the error; -1 without contacts
     int contacts = 0;
     bool analysed = false;       ///< the next two are known: SolverOptions::analyse
@@ -111,7 +110,7 @@ public:
                       Eigen::VectorXd& residuals) const;
     /// The error to be reported: where the round-off of u = W r + q, or of the map itself, may be
     /// more than a tenth of it, or decide whether it is below the limit, both are formed anew in
-    /// long double. In doubles the map knows how far a slipping r is from its cone to the last
+    /// long double. In doubles the distance of a slipping r from its cone is known to the last
     /// digit of r only, which is more than a tight tolerance where stiff contacts stand beside soft
     /// ones: rho is that of the soft ones.
     /// @param u  W r + q; replaced where it is formed anew
@@ -120,7 +119,7 @@ public:
     {
         return in_long_double_if_doubtful(r, u, residuals, limit, true);
     }
-    /// The same for who only has to know whether it is below the limit. Error (relative).
+    /// The same, exact only as far as the comparison with the limit needs. Error (relative).
     double decided(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
                    double limit) const
     {
@@ -133,7 +132,7 @@ public:
     /// The same with each contact in its own scale rho_i = rows_i / trace(W_ii) [-].
     double scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The round-off of u = W r + q seen in the error: 50 eps || |W||r| + |q| || / ||q|| [-];
-    /// 0 where this exceeds 1e-3, or a reaction that runs away would excuse itself. O(rows^2).
+    /// 0 where this exceeds 1e-3, since a diverging reaction would raise its own limit. O(rows^2).
     double floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The larger of a tolerance and the floor. The floor's product is spared where |W_ij| <=
     /// sqrt(W_ii W_jj), which semidefinite W obey, shows that it is the smaller.
@@ -179,8 +178,8 @@ private:
 /// Cost: two products with W.
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                     ErrorScope scope = ErrorScope::all_rows);
-/// The same for who has the error of the problem, whose numbers are within 1e-60 .. 1e60, already.
-/// @param u  leaves with W r + q
+/// The same from the error object of a problem whose numbers are within 1e-60 .. 1e60.
+/// @param u  out: W r + q
 Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, double tolerance,
                     Eigen::VectorXd& u);
 

@@ -11,7 +11,7 @@
 
 namespace amontons {
 
-/// W known by what it does: r -> W r, and its diagonal blocks.
+/// W by its action r -> W r and its diagonal blocks.
 struct MatrixFreeDelassus {
     /// Rows of W, three for each contact with friction.
     Eigen::Index rows = 0;
@@ -20,9 +20,9 @@ struct MatrixFreeDelassus {
     Eigen::SparseMatrix<double> blocks; ///< rows x rows: the contacts' own blocks, nothing else
 };
 
-/// W known by its bodies: W = diag(give) + sum of G^T G over them, where G = L^-1 C of a body with
-/// the matrix A = L L^T and its contacts' rows C. Of a rigid body G has 6 rows, whatever rests on
-/// it: of piles this is far less than W.
+/// W by its bodies: W = diag(compliance) + sum of G^T G over them, where G = L^-1 C of a body with
+/// the matrix A = L L^T and its contacts' rows C. G of a rigid body has 6 rows for any number of
+/// contacts: for piles far less memory than W.
 struct DelassusOfBodies {
     /// One body: its rows of W and its share of W.
     struct Part {
@@ -49,7 +49,7 @@ struct DelassusOfBodies {
 };
 
 /// The Delassus operator W of a contact problem, rows x rows [m/N or 1/kg], in one of four forms.
-/// A matrix converts by itself; solvers take each as it is: nothing is ever made dense that is not.
+/// Matrices convert implicitly; no form is ever made dense.
 class Delassus {
 public:
     using Sparse = Eigen::SparseMatrix<double>; ///< by columns
@@ -90,13 +90,13 @@ public:
 
     /// out = W r; out is resized. One product: 2 flops for each stored number; none for r = 0.
     void apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const;
-    /// out = W r + q with all sums in twice the digits of a double, rounded once: for who must know
-    /// u to its last digit. Of a matrix-free W nothing is known better than its product.
+    /// out = W r + q with all sums in twice the digits of a double, rounded once: u to its last
+    /// digit. A matrix-free W gives no more than its product.
     void apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
                        Eigen::VectorXd& out) const;
-    /// |W| r with r >= 0: the size of the terms in W r. A matrix-free W knows its terms only
-    /// together: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W; one
-    /// of bodies states |G|^T |G| r.
+    /// |W| r with r >= 0: the size of the terms in W r. Of a matrix-free W only a bound is
+    /// available: sqrt(W_ii) (sum_j sqrt(W_jj) r_j), which bounds them for a semidefinite W; of
+    /// bodies |G|^T |G| r.
     Eigen::VectorXd absolute_times(const Eigen::VectorXd& r) const;
     /// W^T r. A matrix-free W is taken as symmetric here.
     Eigen::VectorXd transpose_times(const Eigen::VectorXd& r) const;

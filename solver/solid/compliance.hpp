@@ -22,7 +22,7 @@ struct ComplianceCounts {
     std::size_t bytes = 0;            ///< of the columns kept now
 };
 
-/// What a body with a constant matrix A gives to contact: W = C^T A^-1 C and displacements.
+/// Compliance of a body with a constant matrix A for contact: W = C^T A^-1 C and displacements.
 ///
 /// Columns of A^-1 are solved for nodes that come into contact and kept, three for each node, with
 /// the rows of the surface only, or, for small bodies that move, with all rows. From then on W is
@@ -60,7 +60,7 @@ public:
     bool delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// The same from the factor, whatever is kept.
     void delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// States that about so many solves will be asked for: columns are then solved early, and some
+    /// Announces about so many solves: columns are then solved early, and some
     /// of nodes that have not been in contact with those that are.
     void expect(double solves);
     /// Of the columns' solves; they have the same bits for any number.

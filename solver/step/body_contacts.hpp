@@ -70,7 +70,7 @@ struct BodyContacts {
     }
 };
 
-/// A body of the scene, by what it is made of.
+/// A body of the scene, by its kind.
 struct BodyRef {
     Body* body = nullptr;
     /// The body, if it is rigid.
@@ -85,7 +85,7 @@ struct BodyRef {
 /// No part of a body is thinner [m]. Of a solid: at rest.
 double thickness_of(const BodyRef& body);
 
-/// A solid's outside, or a set of its faces, as pairs see it.
+/// Outside of a solid, or a set of its faces, for pairs.
 struct ContactSurface {
     /// Outside of the solid.
     ExternalSurface outside;
@@ -94,10 +94,10 @@ struct ContactSurface {
     bool whole = true;           ///< all of the outside
 };
 
-/// What becomes of bodies that stand in each other when the run begins.
+/// Treatment of overlaps at the start of the run.
 enum class StartOverlap { refuse, resolve, close };
 
-/// Two bodies that a law lets meet. There may be millions.
+/// Two bodies with a contact law. There may be millions.
 struct ContactPair {
     /// Numbers of the bodies; b -1: an obstacle.
     int a = 0, b = -1;
@@ -118,7 +118,7 @@ struct ContactPair {
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
-/// Where two bodies stand in each other.
+/// An overlap of two bodies.
 struct BodyOverlap {
     int a = 0, b = -1, obstacle = -1; ///< as in ContactPair
     int pair = -1;                    ///< of those given; -1: of the rest
@@ -143,7 +143,7 @@ struct PlaceRow {
     double tolerance = 0; ///< the overlap that it leaves [m]
 };
 
-/// What a law of "*" and "*" states of free rigid bodies. Of n of them there are n^2 pairs, and
+/// The law of "*" and "*" for free rigid bodies. Of n of them there are n^2 pairs, and
 /// most never touch: a pair is made where its bodies come near.
 struct DefaultLaw {
     /// Coefficients of friction and restitution.
@@ -164,7 +164,8 @@ constexpr std::int64_t kOtherNormal = std::int64_t(1) << 62;
 /// Numbers of contacts of such places begin here.
 constexpr std::int64_t kFirstPlaceRow = std::int64_t(1) << 61;
 
-/// How far a pair looks. @param given  by its law, 0: chosen [m]; size of the smaller body [m]
+/// Search distance of a pair [m]. @param given  by its law, 0: chosen [m]; size of the smaller body
+/// [m]
 void set_reach(ContactPair& pair, double given, double size);
 
 /// The same placement, as rigid shapes take it.
@@ -211,9 +212,9 @@ public:
     /// ever touch. Of quasi-static scenes, before the offline stage.
     void keep_to_contacts(const std::vector<BodyRef>& bodies);
 
-    /// Pairs of this body look so far at least [m], before the first step: where distances have a
-    /// sign. Between faces of meshes the far side of a body is an overlap, and what is examined
-    /// must stay below its thickness.
+    /// Least search distance of the pairs of this body [m], before the first step: where distances
+    /// have a sign. Between faces of meshes the far side of a body is an overlap, and what is
+    /// examined must stay below its thickness.
     void search_farther(const std::vector<BodyRef>& bodies, int body, double reach);
 
     /// A new step, or try of one, of bodies that have begun it: what iterations of others have
@@ -228,8 +229,7 @@ public:
     /// iterate.
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
-    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever
-    /// contacts were found.
+    /// Overlaps at the iterate: measured on the surfaces, whatever contacts were found.
     /// @param small_too  pairs that keep the geometry of the start, where that is the geometry
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
                   bool small_too = false);
@@ -237,11 +237,11 @@ public:
     std::vector<std::string> not_measured(const std::vector<BodyRef>& bodies) const;
     /// Appends the rows of such places to contacts that a try of the same step has found.
     void find_rows(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
-    /// Gives the places of meshes that stand deep in another body rows of their own, from the next
-    /// find() on.
+    /// Creates overlap rows at places of meshes that are deep in another body, from the next find()
+    /// on.
     /// @return  true if some are new
     bool add_rows(std::span<const BodyOverlap> overlaps);
-    /// After a step in motion: rows for places that are about to stand so deep.
+    /// After a step in motion: rows for places that approach this depth.
     void add_rows_ahead(std::span<const BodyOverlap> overlaps);
     /// Before a step: one at rest begins without such rows, so that its end does not depend on
     /// those of steps before. Under friction and in motion it does anyway, and they stay.
@@ -274,8 +274,8 @@ public:
     /// searched for, or less. Of quasi-static steps.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
-    /// Bodies that have passed through each other between the start of the step and the iterate, so
-    /// far that contacts no longer report; "" if none has.
+    /// Bodies that have passed through each other between the start of the step and the iterate,
+    /// farther than contacts can show; "" if none has.
     std::string passed(const std::vector<BodyRef>& bodies);
 
 private:
@@ -287,7 +287,7 @@ private:
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
     int default_pair(int a, int b, const std::vector<BodyRef>& bodies);
-    /// Pairs of free rigid bodies whose boxes meet, without those that have a law of their own.
+    /// Pairs of free rigid bodies whose boxes touch, without those that have a law of their own.
     std::vector<BoxPair> default_pairs_in_reach(const std::vector<BodyRef>& bodies,
                                                 const std::function<AxisBox(int)>& box) const;
     double most_closed(int body) const;

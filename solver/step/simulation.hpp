@@ -19,7 +19,7 @@ namespace amontons {
 
 struct RecordedProblem; // solver/step/recorded_problem.hpp
 
-/// Reported of every finished step. One virtual call a step.
+/// Receives every finished step. One virtual call a step.
 class StepObserver {
 public:
     virtual ~StepObserver() = default;
@@ -44,7 +44,7 @@ struct BodyPlan {
     std::vector<SetSize> sets = {}; ///< of a solid
 };
 
-/// What a body resembles and how it fares, for files and pictures.
+/// Surface, displacement and stress of a body, for files and pictures.
 struct BodyRecord {
     std::string name;
     const VolumeMesh* elements = nullptr; ///< of a solid: its cells; else triangles. Lives as long
@@ -55,11 +55,11 @@ struct BodyRecord {
     double stress_round_off = 0; ///< of a solid: a smaller stress gives no information [Pa]
 };
 
-/// What one call of Simulation::step() came to.
+/// Result of one call of Simulation::step().
 struct StepResult {
     /// How a step ended.
     enum class Outcome {
-        accepted,    ///< a step was taken: `record` reports of it
+        accepted,    ///< a step was made: see `record`
         done,        ///< the scene's end, or `not_beyond`, is reached already: nothing was done
         failed,      ///< `message` gives the reason; the state is that of the last accepted step
         interrupted, ///< by `stop`; the state is that of the last accepted step
@@ -70,7 +70,7 @@ struct StepResult {
     StepRecord record;
 };
 
-/// A drive that a caller may lead by hand, between two steps.
+/// A drive that a caller may set between two steps.
 struct InputInfo {
     std::string name; ///< BODY.insertion, BODY.loads.0.over, ...
     std::string unit;
@@ -79,7 +79,7 @@ struct InputInfo {
     double upper = std::numeric_limits<double>::infinity();
 };
 
-/// The smallest step, of the longest, where the scene does not state. Ratio.
+/// The smallest step, of the longest, unless the scene specifies it (ratio).
 constexpr double kDefaultSmallest = 1.0 / 1024;
 
 /// The only owner of bodies: made once from a scene, then advanced step by step.
@@ -87,8 +87,8 @@ class Simulation {
 public:
     virtual ~Simulation() = default;
 
-    /// The offline stage, once: all that can still refuse the scene, before anything is written.
-    /// step() and restore() do it where nobody has.
+    /// The offline stage, once: all checks that can still refuse the scene, before anything is
+    /// written. step() and restore() call it if it was not called.
     /// @throws InputError
     virtual void prepare() {}
 
@@ -103,8 +103,8 @@ public:
     virtual StepResult step(const std::atomic<bool>& stop,
                             double not_beyond = std::numeric_limits<double>::infinity()) = 0;
 
-    /// All that is reported at the end of a run, or between two steps.
-    /// @param last  what step() stated last
+    /// Summary at the end of a run, or between two steps.
+    /// @param last  result of the last step()
     virtual RunSummary conclude(const StepResult& last) = 0;
 
     /// Adds time that was spent on what a step reports, for the sums of the next ones [s].
@@ -116,14 +116,14 @@ public:
     /// What is summed up so far, of the last accepted step.
     virtual const RunSummary& so_far() const = 0;
 
-    /// Drives that can be led by hand; of the others the scene's curves hold.
+    /// Drives that a caller may set; the others follow the curves of the scene.
     virtual const std::vector<InputInfo>& inputs() const;
     /// What an input is now, or will be at the end of the next step. @throws InputError  as
     /// set_input
     virtual double input(std::size_t number) const;
-    /// From now on the scene's curve of this drive no longer counts. The value is led linearly from
-    /// what it is now to this one at the end of the next step (of the length that it is first tried
-    /// with), and stays there.
+    /// From now on the scene's curve of this drive no longer counts. The value varies linearly from
+    /// its present one to this one at the end of the next step (of the length that it is first
+    /// tried with), and stays there.
     /// @throws InputError  no such input, or a value out of its range; nothing is changed
     virtual void set_input(std::size_t number, double value);
 
@@ -146,7 +146,7 @@ public:
     /// Solids and rigid bodies after the last step. For an observer; stresses cost some time.
     virtual std::vector<BodyRecord> body_records() const = 0;
 
-    /// What may be meant otherwise in the scene's files.
+    /// Warnings about the scene and its files.
     virtual std::vector<Issue> warnings() const { return {}; }
     /// What the offline stage did, a line each; after run().
     virtual std::vector<std::string> messages() const { return {}; }

@@ -17,13 +17,13 @@ namespace amontons {
 struct ViscousPull {
     /// Nodes towards which the pull acts.
     std::vector<BeamNode> reference;
-    std::vector<double> linear; ///< per node [N/m]; empty: no anchor
+    std::vector<double> linear; ///< per node [N/m]; empty: no pull
     std::vector<Vec3> angular;  ///< per node, about the section's axes [N m/rad]
     /// True if it has a stiffness.
     bool active() const { return !linear.empty(); }
 };
-/// Back to where the wire is, by a stiffness per length; of a section that turns, h^2 / 12 of its
-/// element's.
+/// A pull towards the present state, by a stiffness per length; of a section that turns, h^2 / 12
+/// of its element's.
 /// @param stiffness  [N/m^2]
 ViscousPull make_viscous_pull(const Wire& wire, double stiffness);
 
@@ -31,7 +31,7 @@ ViscousPull make_viscous_pull(const Wire& wire, double stiffness);
 struct Residual {
     double equilibrium = 0; ///< largest unbalanced force, or moment over element length [N]
     double contact = 0;     ///< largest natural map of a contact [N]
-    double scale = 0;       ///< what they are relative to [N]
+    double scale = 0;       ///< reference force of the relative errors [N]
     double floor = 0;       ///< round-off of the equilibrium, relative [-]
     double penetration = 0; ///< [m]
     double cone = 0;        ///< [N]
@@ -46,7 +46,7 @@ struct NewtonOptions {
     int max_iterations = 16;
     double reach = 0;        ///< contacts nearer than this enter the linear problem [m]
     double longest_move = 0; ///< of a node in one iteration [m]
-    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: no further statuses are tried
+    const std::atomic<bool>* stop = nullptr; ///< set by another thread: no further states are tried
 };
 
 /// Before the active rows are closed exactly.
@@ -88,11 +88,11 @@ struct NewtonWorkspace {
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };
     std::vector<Trial> trial;
-    const std::vector<WireWall>* compliant_walls = nullptr; ///< the walls, if any is soft is soft
-    double unsettled = 0; ///< what forces on those and their shapes disagree by [N]
-    double shift = 0;     ///< of the last iterate of this solve that needed one [N/m]
-    TipLoad tip;          ///< of a held one, at the last iterate
-    double covered = 0;   ///< contact points up to here lie in another instrument [m from the base]
+    const std::vector<WireWall>* compliant_walls = nullptr; ///< the walls, if any is compliant
+    double unsettled = 0;                                   ///< imbalance of these walls [N]
+    double shift = 0;   ///< of the last iterate of this solve that needed one [N/m]
+    TipLoad tip;        ///< of a held one, at the last iterate
+    double covered = 0; ///< contact points up to here lie in another instrument [m from the base]
 };
 
 // What one iterate is made of, for a solve of several wires too.
@@ -106,7 +106,7 @@ Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& work);
 /// Natural map of a contact [N].
 /// @param cone  in and out: the largest violation of Coulomb's cone [N]
 double contact_error(const Candidate& c, double& cone);
-/// How much of an increment may be taken; 0 if it is not finite. (factor).
+/// Admissible share of an increment; 0 if it is not finite (factor).
 double step_factor(const Wire& wire, const std::vector<Node6>& increment, double longest_move);
 /// Moves a reaction by that share towards what a trial found.
 void take_trial(const Candidate& c, const NewtonWorkspace::Trial& t, double factor, Reaction& r);
