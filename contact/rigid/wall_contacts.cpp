@@ -33,7 +33,7 @@ struct WallPair {
     }
 };
 
-// The minimum of the distance on a line or plane, from x: each step is passed to the foot of the
+// The minimum of the distance on a line or plane, from x: each step moves to the foot of the
 // centre of curvature of the wall's parallel surface, exact in one step for a round wall.
 // @param flat  projector on the directions along the line or plane
 // @returns nothing if the wall does not bulge, or the way leaves the ball of this radius

@@ -88,7 +88,7 @@ bool stick_point(const LocalBlock& a, const Eigen::Vector2d& c, double size_of_c
 }
 
 /// The root of h between two signs. @param s  a guess, leaves as the root
-/// @returns false if there is no sign that reports of one
+/// @returns false if there is no sign that shows one
 bool slip_by_bracket(const LocalBlock& a, double mu, double alone, double bn, double c1, double c2,
                      SlipPoint& p, double& s)
 {

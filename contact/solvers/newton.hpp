@@ -16,8 +16,8 @@ struct Proximal {
 
 /// How a Newton solver walks.
 struct NewtonPath {
-    bool smooth = true; ///< round the corners of the law and let the rounding are passed to zero;
-                        ///< false: semismooth Newton on the law itself
+    bool smooth = true;     ///< round the corners of the law and let the rounding tend to zero;
+                            ///< false: semismooth Newton on the law itself
     bool from_afar = false; ///< begin with corners as wide as the problem, not as the error
     /// From near, corners are at least this wide at the start: the error may be small while the
     /// contacts that decide are all at a corner [-].

@@ -23,7 +23,7 @@ struct SolverWork {
                 .setConstant(std::sqrt(progress.natural_map().rho(i)));
     }
 
-    /// Is passed to a reaction.
+    /// Moves to a reaction.
     void take(const Eigen::VectorXd& reaction)
     {
         r = reaction;

@@ -12,10 +12,10 @@
 // How far surfaces stand in each other: measured on the surfaces themselves, whatever contacts were
 // found between them.
 //
-// Two meshes overlap where a node of one is inside the other, or an edge of one enters and out
+// Two meshes overlap where a node of one is inside the other, or an edge of one enters and leaves
 // again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
 // on a face. Faces T3 count as flat triangles, T6 as four through their middle nodes; what this
-// leaves out of a face that bends is h^2/32 times its curvature. Edges enter and out of Q4 by their
+// leaves out of a face that bends is h^2/32 times its curvature. Edges enter and leave Q4 by their
 // two triangles; how deep, the bent face itself states.
 
 namespace amontons {

@@ -135,7 +135,7 @@ TEST_CASE("a slightly unsymmetric block is solved as it is given")
     }
 }
 
-TEST_CASE("a singular block is solved or stated to be unsolved with r = 0")
+TEST_CASE("a singular block is solved or reported as unsolved with r = 0")
 {
     std::mt19937 rng{3};
     int solved = 0, unsolved = 0;

@@ -351,7 +351,7 @@ TEST_CASE("groups that W does not couple are solved apart")
     }
 }
 
-TEST_CASE("redundant supports: stated to be not unique and shared evenly when asked")
+TEST_CASE("redundant supports: reported to be not unique and shared evenly when asked")
 {
     // A table on n legs of one rigid body: three motions (up, two tilts) feel n normal forces.
     for (int n : {4, 8}) {

@@ -27,7 +27,7 @@ constexpr double kOnCone = 1e-9;
 constexpr double kLost = 5e-3;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
-constexpr double kBetter = 0.9; // or sweeps and that run around in circles
+constexpr double kBetter = 0.9; // or sweeps that cycle
 constexpr int kFailures = 3;    // of solving the closed contacts together, in a tick
 
 double wall_time()

@@ -204,7 +204,7 @@ public:
     /// @param gravity  [m/s^2]
     /// @param t     in: where it stands; out: where it passed [s]
     /// @param first  step in time that states where the path begins [s]
-    /// @param end    a step that would continue is passed to this time, and is shorter [s]
+    /// @param end    a step that would continue ends at this time, and is shorter [s]
     /// @return  iterations, 0: it failed
     int path_step(double length, double first, double end, double tolerance, const Vec3& gravity,
                   double& t);

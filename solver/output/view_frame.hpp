@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-// What a window shows of one instant, and how it moves there: the program and its viewer are two
+// What a window shows of one instant, and how it is sent there: the program and its viewer are two
 // processes of one build, so numbers travel as they lie in memory. No Eigen and no VTK here: both
 // sides include it.
 

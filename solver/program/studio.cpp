@@ -41,8 +41,8 @@ std::string page_folder(const std::string& module)
     return "";
 }
 
-/// What an argument states everyone on this machine can read: the address follows a file that only
-/// its owner can.
+/// An argument can be read by everyone on this machine: the address follows a file that
+/// only its owner can.
 class Opener {
 public:
     ~Opener()

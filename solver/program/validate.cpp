@@ -124,7 +124,7 @@ std::vector<Entry> chosen(const ValidateArguments& arguments)
     const auto other = [&](const Entry& e) {
         return !arguments.suite.empty() && arguments.suite != e.suite;
     };
-    // What is named is run, or stated to be of another suite; it is never passed over.
+    // What is named is run, or reported to be of another suite; it is never passed over.
     if (!arguments.cases.empty())
         for (const Entry& e : list)
             if (other(e))

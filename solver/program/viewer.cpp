@@ -14,8 +14,8 @@
 #include <unistd.h>
 #include <vector>
 
-// Frames decrease a socket; up come "R" when the window is there, or "E" and why not, and at its
-// end "F frames seconds".
+// Frames are sent down a socket; up come "R" when the window is there, or "E" and why not, and at
+// its end "F frames seconds".
 
 namespace amontons {
 namespace {

@@ -221,7 +221,7 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
     return t;
 }
 
-/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting enters circles: many
+/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting cycles: many
 /// points close to one another on a wall, all of them candidates for the same force.
 template <class System> void sweep_statuses(System& s, const CompliantProblem& p)
 {

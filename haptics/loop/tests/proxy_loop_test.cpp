@@ -233,7 +233,7 @@ TEST_CASE("a new operator changes the force only step by step but in the end all
     }
 }
 
-TEST_CASE("where the simulation snapped to another state the force moves there evenly")
+TEST_CASE("where the simulation snapped to another state the force changes evenly")
 {
     // What was held 4 mm deep is 26 mm away: farther than the handle can have moved it.
     ReducedOperator<double> old = planes<double>({Vec3::UnitZ()}, 0.3, 500), snapped = old;
@@ -348,7 +348,7 @@ TEST_CASE("a tick that meets a new operator keeps to the budget of a tick")
         MESSAGE("budget " << budget << ": error " << tick.error << ", then " << next.error
                           << ", largest change " << most << " N of " << before.norm());
         CHECK(next.converged); // in the ticks that follow
-        // The force waits for that, and moves there evenly over the period.
+        // The force waits for that, and changes evenly over the period.
         CHECK((before - exact_force).norm() < 0.05 * exact_force.norm());
         CHECK((before - first).norm() > 0.5);
         CHECK(most <

@@ -37,7 +37,7 @@ int amontons_vtk_read_surface(const char* path, double** points, long* point_cou
 void amontons_vtk_free(void* array);
 
 /// A window that shows what comes down `stream` (a socket; frames as view_frame.hpp states) until
-/// it is closed, or the stream ends and `stay` is 0. States "R" up the stream when it is there, and
+/// it is closed, or the stream ends and `stay` is 0. Sends "R" up the stream when it is there, and
 /// at its end "F frames seconds". On $DISPLAY.
 int amontons_vtk_view(int stream, const char* title, int stay, char* message, int message_size);
 

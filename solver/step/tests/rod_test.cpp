@@ -60,7 +60,7 @@ StepInput quasi_static(double start, double h)
 
 TEST_CASE("a cone bends and twists and stretches and weighs as a solid cone does")
 {
-    // Of modulus E, from radius r0 to r1: its end follows F L^3 / (3 EI0) r0 / r1 under a force
+    // Of modulus E, from radius r0 to r1: its end moves by F L^3 / (3 EI0) r0 / r1 under a force
     // across, (Gere & Goodno, Mechanics of Materials), by F L / (pi E r0 r1) under one along, and
     // turns by T L / (3 GJ0) (r0 / r1) (1 + r0 / r1 + (r0 / r1)^2) under a torque.
     const double r0 = 0.01, r1 = 0.004, q = r0 / r1, density = 1000, weight = 10, F = 1e-6;
