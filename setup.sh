@@ -153,8 +153,8 @@ jobs_at_once() {
     say $((cores < memory ? cores : memory))
 }
 
-# compile PRESET MINUTES WHAT [TARGET...]: says how long it takes from nothing (processor time, measured as
-# docs/build.md tells), if anything is left to do.
+# compile PRESET MINUTES WHAT [TARGET...]: states how long it takes from nothing (processor time, measured as
+# docs/build.md reports), if anything is left to do.
 compile() {
     local preset="$1" minutes="$2" what="$3" at_once
     shift 3

@@ -1,5 +1,5 @@
 # What the program is made of, from the system's packages (setup.sh names them). What only a module needs is
-# looked for where that module is: where it is missing, the module is left out.
+# searched for where that module is: where it is missing, the module is left out.
 find_package(Eigen3 3.4 REQUIRED NO_MODULE)
 find_package(OpenMP COMPONENTS CXX)
 find_package(Threads REQUIRED)
@@ -19,7 +19,7 @@ function(amontons_file_of library variable)
   set(${variable} ${CMAKE_MATCH_1} PARENT_SCOPE)
 endfunction()
 
-# CHOLMOD is opened with its BLAS when the first factor is made (solver/linear/late.hpp): what it is called then.
+# CHOLMOD is opened with its BLAS when the first factor is made (solver/linear/cholmod_api.hpp): what it is called then.
 find_path(AMONTONS_CHOLMOD_INCLUDE cholmod.h PATH_SUFFIXES suitesparse REQUIRED)
 find_library(AMONTONS_CHOLMOD cholmod REQUIRED)
 amontons_file_of(${AMONTONS_CHOLMOD} AMONTONS_CHOLMOD_FILE)

@@ -6,7 +6,7 @@ namespace amontons {
 
 /// What W is like, beyond what a solve needs to know.
 struct DelassusAnalysis {
-    bool known = false;          ///< false for a matrix-free W: nothing else is then said
+    bool known = false;          ///< false for a matrix-free W: nothing else is then stated
     bool rank_deficient = false; ///< some reaction is not felt: solutions are not unique
     bool indefinite = false;     ///< W has a negative eigenvalue beyond round-off: no theory holds
 };

@@ -18,7 +18,7 @@ constexpr double kFloorLimit = 1e-3;
 constexpr double kDoubt = 0.1;    // of an error: round-off that is less is left
 constexpr double kNobody = 1e-15; // an error that is less is no matter [-]
 
-/// rows / trace, with what is left when the trace says nothing (zero or indefinite W).
+/// rows / trace, with what is left when the trace gives no information (zero or indefinite W).
 double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
 {
     const double rows = static_cast<double>(W.rows());

@@ -5,16 +5,16 @@
 #include <limits>
 #include <string>
 
-// How good a reaction is, computed from (W, q, mu, r) alone: no solver is believed.
+// Error of a reaction, computed from (W, q, mu, r) alone, independent of the solver.
 // Formulas, and why they do not depend on units: docs/theory/contact.md.
 
 namespace amontons {
 
+/// How a solve ended.
 enum class SolveStatus {
     converged,    ///< error <= tolerance
-    at_round_off, ///< error <= threshold: as good as numbers allow, which is less than was asked
-                  ///< for
-    stagnated,    ///< ended at the error that the certificate says
+    at_round_off, ///< error <= threshold: the round-off floor is above the tolerance
+    stagnated,    ///< ended at the error that the certificate states
     infeasible,   ///< no reaction can prevent penetration: see Certificate::proof
     out_of_time   ///< max_seconds, or a stop from outside, before the threshold
 };
@@ -27,13 +27,14 @@ constexpr bool is_solved(SolveStatus status)
 
 /// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.
 enum class ContactSolver {
-    automatic, ///< sweeps while they are cheap, else the path, else whatever helps
+    automatic, ///< sweeps while they are cheap, else the path and its fallbacks
     nsgs,      ///< block Gauss-Seidel with an exact local solver
     anderson,  ///< nsgs with Anderson's extrapolation
     uzawa,     ///< De Saxcé and Feng's predictor and projection
     newton,    ///< semismooth Newton after sweeps
     path       ///< Newton along a central path
 };
+/// All solvers, in the order of the enumeration.
 constexpr ContactSolver kContactSolvers[] = {ContactSolver::automatic, ContactSolver::nsgs,
                                              ContactSolver::anderson,  ContactSolver::uzawa,
                                              ContactSolver::newton,    ContactSolver::path};
@@ -45,7 +46,7 @@ enum class ErrorScope {
                 ///< away must not loosen the test
 };
 
-/// Normal reactions d >= 0 that cannot be felt (W^T d = 0 to round-off) yet close a gap
+/// Normal reactions d >= 0 that cause no motion (W^T d = 0 to round-off) yet close a gap
 /// (q . d < 0). Any r with u_n >= 0 would give 0 <= u . d = q . d + r . W^T d.
 struct InfeasibilityProof {
     Eigen::VectorXd direction; ///< n, one normal component per contact, largest = 1 [-]
@@ -54,20 +55,22 @@ struct InfeasibilityProof {
     std::vector<int> contacts; ///< those with direction > 0
 };
 
+/// Status and errors of a solution, recomputed from (W, q, mu, r) alone:
+/// docs/theory/certificate.md.
 struct Certificate {
     SolveStatus status = SolveStatus::stagnated;
     double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
     double tolerance = 0;                                   ///< as asked for [-]
     double threshold = 0; ///< tolerance, or the round-off floor if that is larger [-]
-    /// The last digit of r as an error: who recomputes the error in doubles, projection and all,
-    /// may find this more [-].
+    /// Error of the last digit of r: a recomputation in doubles, projection included, may find this
+    /// more [-].
     double rounding = 0;
-    /// The same after scaling each contact by its own block: sees the stiff ones [-].
+    /// The same after scaling each contact by its own block: contains stiff contacts [-].
     double scaled_error = std::numeric_limits<double>::infinity();
     double worst_penetration = 0;    ///< largest -u_n, or |u| of a bilateral row, >= 0 [m]
     double worst_cone_violation = 0; ///< largest |r_t| - mu r_n or -r_n, >= 0 [N]
-    double worst_dissipation = 0;    ///< largest mu r_n |u_t| + r_t . u_t: work that friction
-                                     ///< should have taken and did not, >= 0 [J]
+    double worst_dissipation = 0;    ///< largest mu r_n |u_t| + r_t . u_t: work missing from the
+                                     ///< dissipation of friction, >= 0 [J]
     int worst_contact = -1;          ///< largest share of the error; -1 without contacts
     int contacts = 0;
     bool analysed = false;       ///< the next two are known: SolverOptions::analyse
@@ -76,10 +79,11 @@ struct Certificate {
     ContactSolver solver = ContactSolver::nsgs; ///< the one that ran
     ContactLevel level = ContactLevel::position;
     int iterations = 0;
-    double seconds = 0;       ///< wall time of the solve
+    double seconds = 0;       ///< wall time of the solve [s]
     InfeasibilityProof proof; ///< empty unless infeasible
 };
 
+/// The status as result files write it: "converged", "at_round_off", ...
 const char* name(SolveStatus status);
 const char* name(ContactSolver solver); ///< "auto", "nsgs", "anderson", "uzawa", "newton", "path"
 
@@ -104,18 +108,18 @@ public:
     /// The same, and leaves ||F_i|| of each contact in residuals, n [N].
     double operator()(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                       Eigen::VectorXd& residuals) const;
-    /// The error to be told: where the round-off of u = W r + q, or of the map itself, may be more
-    /// than a tenth of it, or decide whether it is below the limit, both are formed anew in long
-    /// double. In doubles the map knows how far a slipping r is from its cone to the last digit of
-    /// r only, which is more than a tight tolerance where stiff contacts stand beside soft ones:
-    /// rho is that of the soft ones.
+    /// The error to be reported: where the round-off of u = W r + q, or of the map itself, may be
+    /// more than a tenth of it, or decide whether it is below the limit, both are formed anew in
+    /// long double. In doubles the distance of a slipping r from its cone is known to the last
+    /// digit of r only, which is more than a tight tolerance where stiff contacts stand beside soft
+    /// ones: rho is that of the soft ones.
     /// @param u  W r + q; replaced where it is formed anew
     double certain(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
                    double limit) const
     {
         return in_long_double_if_doubtful(r, u, residuals, limit, true);
     }
-    /// The same for who only has to know whether it is below the limit.
+    /// The same, exact only as far as the comparison with the limit needs. Error (relative).
     double decided(const Eigen::VectorXd& r, Eigen::VectorXd& u, Eigen::VectorXd& residuals,
                    double limit) const
     {
@@ -128,10 +132,10 @@ public:
     /// The same with each contact in its own scale rho_i = rows_i / trace(W_ii) [-].
     double scaled(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The round-off of u = W r + q seen in the error: 50 eps || |W||r| + |q| || / ||q|| [-];
-    /// 0 where this exceeds 1e-3, or a reaction that runs away would excuse itself. O(rows^2).
+    /// 0 where this exceeds 1e-3, since a diverging reaction would raise its own limit. O(rows^2).
     double floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// The larger of a tolerance and the floor. The floor's product is spared where |W_ij| <=
-    /// sqrt(W_ii W_jj), which semidefinite W obey, tells that it is the smaller.
+    /// sqrt(W_ii W_jj), which semidefinite W obey, shows that it is the smaller.
     double threshold(const Eigen::VectorXd& r, const Eigen::VectorXd& u, double tolerance) const;
     /// ||F_i|| of one contact with the given rho [N].
     /// @param r, u  of this contact, as many numbers as it has rows
@@ -141,6 +145,7 @@ public:
     ErrorScope scope() const { return scope_; }
     double rho() const { return rho_; }                         ///< [N/m]
     double rho(int contact) const { return own_rho_[contact]; } ///< [N/m]
+    /// The first row of a contact in u, r and q.
     int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
 
 private:
@@ -173,8 +178,8 @@ private:
 /// Cost: two products with W.
 Certificate certify(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                     ErrorScope scope = ErrorScope::all_rows);
-/// The same for who has the error of the problem, whose numbers are within 1e-60 .. 1e60, already.
-/// @param u  leaves with W r + q
+/// The same from the error object of a problem whose numbers are within 1e-60 .. 1e60.
+/// @param u  out: W r + q
 Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, double tolerance,
                     Eigen::VectorXd& u);
 

@@ -40,7 +40,7 @@ Squares squares(const Delassus::Sparse& W)
     const int* const row = W.innerIndexPtr();
     const double* const value = W.valuePtr();
     const auto columns = static_cast<int>(W.cols());
-    std::vector<int> next(start, start + columns); // of each column: what has not been met yet
+    std::vector<int> next(start, start + columns); // of each column: what has not been found yet
     Squares s;
     const auto add_alone = [&](double a) { s.difference += 2 * a * a; };
     for (int j = 0; j < columns; ++j) {
@@ -120,7 +120,7 @@ double asymmetry_of(const MatrixFreeDelassus& W)
 /// G^T G is symmetric; what may not be finite is in its diagonal.
 double asymmetry_of(const DelassusOfBodies& W)
 {
-    double size = W.give.squaredNorm();
+    double size = W.compliance.squaredNorm();
     for (const DelassusOfBodies::Part& part : W.parts)
         size += part.G.squaredNorm();
     return std::isfinite(size) ? 0 : std::numeric_limits<double>::quiet_NaN();
@@ -147,7 +147,7 @@ void add_bodies(const DelassusOfBodies& W, const Eigen::VectorXd& r, Eigen::Vect
 /// The places of rows in the parts, and what is missing of the diagonal.
 void index(DelassusOfBodies& W)
 {
-    const auto rows = static_cast<std::size_t>(W.give.size());
+    const auto rows = static_cast<std::size_t>(W.compliance.size());
     W.first.assign(rows + 1, 0);
     for (const DelassusOfBodies::Part& part : W.parts)
         for (const int row : part.rows)
@@ -178,8 +178,8 @@ Delassus::Sparse Delassus::as_sparse() const
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows());
     std::vector<int> met;
     for (Eigen::Index j = 0; j < rows(); ++j) {
-        met.assign(W.give[j] != 0 ? 1 : 0, static_cast<int>(j));
-        column[j] = W.give[j];
+        met.assign(W.compliance[j] != 0 ? 1 : 0, static_cast<int>(j));
+        column[j] = W.compliance[j];
         for (const DelassusOfBodies::Place& at : W.places(j)) {
             const DelassusOfBodies::Part& part = W.parts[static_cast<std::size_t>(at.part)];
             const Eigen::VectorXd own = part.G.transpose() * part.G.col(at.column);
@@ -219,7 +219,7 @@ Eigen::Index Delassus::rows() const
 {
     return is_dense()       ? dense().rows()
            : is_sparse()    ? sparse().rows()
-           : is_of_bodies() ? of_bodies().give.size()
+           : is_of_bodies() ? of_bodies().compliance.size()
                             : matrix_free().rows;
 }
 
@@ -238,7 +238,7 @@ void Delassus::apply(const Eigen::VectorXd& r, Eigen::VectorXd& out) const
     } else if (is_sparse()) {
         out.noalias() = sparse() * r;
     } else if (is_of_bodies()) {
-        out = of_bodies().give.cwiseProduct(r);
+        out = of_bodies().compliance.cwiseProduct(r);
         add_bodies(
             of_bodies(), r, out, [](const Eigen::MatrixXd& G) -> const auto& { return G; });
     } else {
@@ -254,7 +254,7 @@ Eigen::VectorXd Delassus::absolute_times(const Eigen::VectorXd& r) const
     }
     Eigen::VectorXd out = Eigen::VectorXd::Zero(rows());
     if (is_of_bodies()) {
-        out = of_bodies().give.cwiseAbs().cwiseProduct(r);
+        out = of_bodies().compliance.cwiseAbs().cwiseProduct(r);
         add_bodies(of_bodies(), r, out, [](const Eigen::MatrixXd& G) { return G.cwiseAbs(); });
     } else if (is_dense()) {
         for (Eigen::Index j = 0; j < r.size(); ++j)
@@ -309,7 +309,7 @@ Delassus::Block Delassus::block(Eigen::Index first_row, int size) const
     if (is_of_bodies()) {
         const DelassusOfBodies& W = of_bodies();
         for (int j = 0; j < size; ++j) {
-            out(j, j) += W.give[first_row + j];
+            out(j, j) += W.compliance[first_row + j];
             for (const DelassusOfBodies::Place& a : W.places(first_row + j))
                 for (int i = 0; i < size; ++i)
                     for (const DelassusOfBodies::Place& b : W.places(first_row + i)) {
@@ -333,7 +333,7 @@ Eigen::VectorXd Delassus::diagonal() const
 {
     if (is_dense()) return dense().diagonal();
     if (is_of_bodies()) {
-        Eigen::VectorXd sum = of_bodies().give;
+        Eigen::VectorXd sum = of_bodies().compliance;
         for (const DelassusOfBodies::Part& part : of_bodies().parts)
             for (std::size_t i = 0; i < part.rows.size(); ++i)
                 sum[part.rows[i]] += part.G.col(static_cast<Eigen::Index>(i)).squaredNorm();

@@ -66,7 +66,7 @@ void Delassus::apply_exactly(const Eigen::VectorXd& r, const Eigen::VectorXd& q,
     } else {
         const DelassusOfBodies& W = of_bodies();
         for (Eigen::Index i = 0; i < r.size(); ++i)
-            add_twofold(W.give[i], r[i], u.high[i], u.low[i]);
+            add_twofold(W.compliance[i], r[i], u.high[i], u.low[i]);
         for (const DelassusOfBodies::Part& part : W.parts) {
             TwofoldSums moved(part.G.rows());
             for (std::size_t i = 0; i < part.rows.size(); ++i)

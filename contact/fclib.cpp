@@ -8,7 +8,7 @@
 
 // Traps of the format:
 // - A matrix with nz = -1 is stored by columns, -2 by rows, >= 0 as nz triplets in which i is the
-//   row and p the column, as files have it (the comment in fclib.h says the opposite). For an
+//   row and p the column, as files have it (the comment in fclib.h states the opposite). For an
 //   oblong matrix whose indices fit only the other way round, the other way is meant.
 // - Indices start at 0, nzmax may exceed what is used, duplicates add up.
 // - H is dofs x rows: u = H^T v + w.
@@ -433,7 +433,8 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
                is_local ? "one of them" : "a group fclib_local or fclib_global");
         d.throw_issues();
     }
-    ContactLevel level = ContactLevel::velocity; // what FCLib's u is unless a file says otherwise
+    ContactLevel level =
+        ContactLevel::velocity; // what FCLib's u is unless a file specifies otherwise
     if (d.has("amontons/level")) {
         const std::string found = d.text_of("amontons/level");
         if (found != "position" && found != "velocity")
@@ -469,7 +470,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
             const std::string guess = "guesses/" + std::to_string(k);
             if (!d.has_group(guess)) {
                 d.tell(guess, "no such group",
-                       "as many as number_of_guesses says: " + std::to_string(*n));
+                       "as many as number_of_guesses states: " + std::to_string(*n));
                 break;
             }
             p.guesses.push_back(solution(d, guess, rows, bilateral, dofs));

@@ -22,11 +22,14 @@ struct FclibSolution {
 /// Its bilateral equations (V, R, s; G, b) become bilateral contacts after all others, so that
 /// the reaction of such a row is FCLib's lambda.
 struct FclibProblem {
+    /// Of a file with W, q and mu.
     std::optional<ContactProblem> local;
+    /// Of a file with M, H, f, w and mu.
     std::optional<GlobalProblem> global;
     std::optional<FclibSolution> solution;
+    /// Initial guesses of the file, in its order.
     std::vector<FclibSolution> guesses;
-    /// What each contact is to those who wrote the file, per contact; empty if they did not say.
+    /// What each contact is to those who wrote the file, per contact; empty if they did not state.
     /// Ours: dataset /amontons/contact, so that steps can be matched.
     std::vector<std::int32_t> identity;
     bool says_level = false; ///< the level is the file's (/amontons/level); else velocities

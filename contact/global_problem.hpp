@@ -21,14 +21,16 @@ struct GlobalProblem {
     ContactLevel level = ContactLevel::position;
 };
 
-/// |M - M^T| / |M| above which M is refused; below, its symmetric part is taken.
+/// |M - M^T| / |M| above which M is refused; below, its symmetric part is taken. Ratio.
 constexpr double kMaxBodyAsymmetry = 1e-8;
 
 /// What makes the problem meaningless, but for whether M is positive definite: only its factor
-/// tells. Empty if nothing.
+/// reports. Empty if nothing.
 std::vector<Issue> issues(const GlobalProblem& problem);
 
+/// How a global problem is condensed.
 struct CondenseOptions {
+    /// The form of W: chosen by size, or as given.
     enum class Form { automatic, matrix, matrix_free };
     Form form = Form::automatic;
     double dense_above = 0.35; ///< share of entries of W above which it is stored dense [-]

@@ -101,7 +101,7 @@ ContactProblem softened_normals(const ContactProblem& problem, double compliance
     if (problem.W.is_of_bodies()) {
         const DelassusOfBodies& W = problem.W.of_bodies();
         DelassusOfBodies picked = of_rows(W, normal_rows);
-        picked.give.array() += soft;
+        picked.compliance.array() += soft;
         normals.W = std::move(picked);
     } else if (problem.W.is_sparse()) {
         Delassus::Sparse pick(n, problem.q.size()), shift(n, n);

@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// Looks for the proof that no reaction can prevent penetration.
+/// Searches for the proof that no reaction can prevent penetration.
 ///
 /// The suspect is how a solver's normal reactions run away; it is cleaned by inverse iteration
 /// on the null space of its own rows, then judged by the definition of InfeasibilityProof alone.

@@ -17,7 +17,7 @@ std::optional<Eigen::VectorXd> least_norm_of_same_motion(const ContactProblem& p
                                                          const Eigen::VectorXd& r)
 {
     if (!problem.W.is_dense()) return std::nullopt;
-    const Eigen::VectorXd give = problem.W * r, u = give + problem.q;
+    const Eigen::VectorXd compliance = problem.W * r, u = compliance + problem.q;
     const double still = kStill * u.cwiseAbs().maxCoeff();
     const std::vector<int> first = row_offsets(problem);
     // r = S x: a column for each way a contact may push.
@@ -45,7 +45,8 @@ std::optional<Eigen::VectorXd> least_norm_of_same_motion(const ContactProblem& p
     }
     if (count == 0) return std::nullopt;
     const auto ways = S.leftCols(count);
-    Eigen::VectorXd out = ways * shortest_least_squares(problem.W.dense() * ways, give, kRank);
+    Eigen::VectorXd out =
+        ways * shortest_least_squares(problem.W.dense() * ways, compliance, kRank);
 
     const double broken = kBroken * out.cwiseAbs().maxCoeff();
     for (int i = 0; i < contact_count(problem); ++i) {

@@ -13,6 +13,7 @@ namespace amontons {
 
 /// Something is there, but it cannot be read as numbers or text.
 struct Unreadable {
+    /// What is unreadable, and what is allowed.
     std::string reason;
 };
 

@@ -7,6 +7,7 @@
 
 namespace amontons {
 
+/// The shortest text that reads back as the same double.
 inline std::string number_text(double value)
 {
     std::ostringstream out;

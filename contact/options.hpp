@@ -13,12 +13,12 @@ namespace amontons {
 struct SolverOptions {
     ContactSolver solver = ContactSolver::automatic;
     double tolerance = 1e-8; ///< natural-map error, in [0, 1); 0: down to round-off [-]
-    /// `auto` looks for no further ways to the tolerance when the usual ones have left an error of
-    /// at most this [-].
+    /// `auto` searches for no further ways to the tolerance when the usual ones have left an error
+    /// of at most this [-].
     double acceptable = 0;
     ErrorScope scope = ErrorScope::all_rows;
     int max_iterations = 100'000; ///< sweeps or projections, >= 0
-    /// Wall time, >= 0 [s]. Looked at between iterations; a Newton step that should end after twice
+    /// Wall time, >= 0 [s]. Examined between iterations; a Newton step that should end after twice
     /// this time is not begun. Checks and certificate, a few products with W, come on top.
     double max_seconds = std::numeric_limits<double>::infinity();
     /// Set from outside, it ends the solve as if max_seconds were over; none if null.
@@ -30,13 +30,14 @@ struct SolverOptions {
     /// Groups of contacts that W does not couple are solved side by side, and so are those in a
     /// sweep of a large W of bodies: the same bits for any number; >= 1.
     int threads = 1;
-    /// Also say whether W is singular or indefinite: as much work as a Newton step. Not counted in
-    /// the certificate's seconds.
+    /// Also state whether W is singular or indefinite: as much work as a Newton step. Not counted
+    /// in the certificate's seconds.
     bool analyse = false;
     /// Of several reactions, return the one of least norm (up to the tolerance): a second solve,
     /// with W + alpha, alpha so small that the answer solves the problem as it is.
     bool least_norm = false;
 
+    /// Options of block Gauss-Seidel and its acceleration.
     struct Nsgs {
         /// symmetric: every second sweep runs backwards. Forward took 70 sweeps where symmetric
         /// took 226, on stacked elastic layers (docs/theory/contact.md).
@@ -48,6 +49,7 @@ struct SolverOptions {
         double freeze = 0.3;
     } nsgs;
 
+    /// Options of the predictor and projection.
     struct Uzawa {
         /// own_block: one rho per contact, the inverse of its block's norm, contact after contact.
         /// adaptive: all contacts at once, a common factor on rho that follows the rate.
@@ -61,7 +63,7 @@ struct SolverOptions {
 std::vector<Issue> issues(const SolverOptions& options);
 
 /// The solver of that name.
-/// @throws InputError  if there is none; says the names that there are
+/// @throws InputError  if there is none; states the names that there are
 ContactSolver contact_solver(const std::string& name);
 
 } // namespace amontons

@@ -143,7 +143,7 @@ void extract(const ContactProblem& problem, ProblemPart& part, std::vector<int>&
 DelassusOfBodies of_rows(const DelassusOfBodies& whole, const std::vector<Eigen::Index>& rows)
 {
     DelassusOfBodies chosen;
-    chosen.give = whole.give(rows);
+    chosen.compliance = whole.compliance(rows);
     std::vector<int> part(whole.parts.size(), -1); // of the chosen ones, by that of the whole
     for (std::size_t k = 0; k < rows.size(); ++k)
         for (const DelassusOfBodies::Place& at : whole.places(rows[k])) {

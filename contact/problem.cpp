@@ -16,7 +16,7 @@ std::string size_text(Eigen::Index rows, Eigen::Index columns)
     return std::to_string(rows) + " x " + std::to_string(columns);
 }
 
-/// The first few places are told one by one; thousands of NaN are one fault, not thousands.
+/// The first few places are reported one by one; thousands of NaN are one fault, not thousands.
 constexpr int kToldOneByOne = 10;
 
 /// Of a W of bodies: are all rows of a contact on the same bodies, one after the other?

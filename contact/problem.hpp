@@ -10,13 +10,14 @@
 
 namespace amontons {
 
+/// The law of a contact: three rows with friction, one without, three bilateral ones.
 enum class ContactKind {
     frictional,   ///< 3 rows (n, t1, t2): Signorini and Coulomb
     frictionless, ///< 1 row (n): Signorini, 0 <= u ⟂ r >= 0
     bilateral     ///< 1 row: u = 0 whatever the sign of r (glue, joint, prescribed motion)
 };
 
-/// What u and r are: gap and slip [m] with forces [N], or velocities [m/s] with impulses [N s].
+/// Units of u and r: gap and slip [m] with forces [N], or velocities [m/s] with impulses [N s].
 enum class ContactLevel { position, velocity };
 
 /// Number of rows that a contact has in W and q.
@@ -35,8 +36,8 @@ struct ContactProblem {
     ContactLevel level = ContactLevel::position; ///< sets the units; the algebra is the same
 };
 
-/// |W - W^T| / |W| above which W is refused: the law of reciprocal motion is then violated by
-/// more than any condensation's round-off.
+/// |W - W^T| / |W| above which W is refused: reciprocity is then violated by more than the
+/// round-off of a condensation (ratio).
 constexpr double kMaxAsymmetry = 1e-2;
 
 /// Number of contacts.
@@ -45,6 +46,7 @@ inline int contact_count(const ContactProblem& problem)
     return static_cast<int>(problem.mu.size());
 }
 
+/// The kind of a contact of a problem.
 inline ContactKind kind_of(const ContactProblem& problem, int contact)
 {
     return problem.kind.empty() ? ContactKind::frictional
@@ -54,7 +56,7 @@ inline ContactKind kind_of(const ContactProblem& problem, int contact)
 /// First row of each contact, and the number of rows as last entry: n + 1.
 std::vector<int> row_offsets(const ContactProblem& problem);
 
-/// Everything that makes the problem meaningless: sizes that differ, numbers that are not
+/// Faults of the problem: sizes that differ, numbers that are not
 /// finite, mu < 0, W too unsymmetric. Empty if it can be solved. Zero contacts are valid.
 std::vector<Issue> issues(const ContactProblem& problem);
 

@@ -23,7 +23,7 @@ namespace {
 constexpr int kDirections = 64;
 constexpr double kOptimal = 1e-7;      // of the largest c, what a unit of a variable gains
 constexpr double kSmallPivot = 1e-11;  // entries that do not block, of the largest
-constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test goes beyond
+constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test exceeds
 constexpr double kRelaxRay = 1e-12;    // of the rest
 constexpr int kCheck = 100;            // pivots
 constexpr double kInconsistent = 1e-3; // of bounds, that pivots have lost: all is made anew
@@ -169,6 +169,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
     const Eigen::Index m = set_.K.rows(), n = set_.K.cols();
     const double optimal = kOptimal * c.cwiseAbs().maxCoeff();
     const double begun = now_;
+
+    // ---- Simplex steps
     while (true) {
         work -= m * m + 4 * set_.K.nonZeros() + n;
         if (work < 0) return End::no_work;

@@ -12,16 +12,17 @@ namespace amontons {
 ///
 ///     lower <= K x <= upper,     x = (d, a),     r within its cones,
 ///
-/// a being motions that go with d. A convex set: what is linear in r lies in an interval, whose
+/// a being motions that follow d. A convex set: what is linear in r lies in an interval, whose
 /// ends a linear program finds (docs/theory/certificate.md).
 struct ReactionSet {
     /// A contact of one row (normal) or three (n, t1, t2), or a row whose reaction has any sign.
     struct Contact {
         int first = 0; ///< its first column of K
         ContactKind kind = ContactKind::frictional;
+        /// Coefficient of friction.
         double mu = 0;
         bool slides = false;          ///< friction keeps its direction
-        double direction[2] = {0, 0}; ///< then: r_t / r_n
+        double direction[2] = {0, 0}; ///< then: r_t / r_n (ratio)
     };
     std::vector<Contact> contact;
     Delassus::Sparse K; ///< what is judged x (reactions, then motions), entries of about 1
@@ -31,6 +32,7 @@ struct ReactionSet {
 
 /// An end that is not finite: there is none.
 struct ReactionInterval {
+    /// Bounds of the reaction [N or N s]; infinite: none.
     double min = 0, max = 0;
     bool certain =
         true; ///< false: the work allowed did not suffice, the ends may lie farther apart
@@ -46,7 +48,7 @@ public:
 
     /// No interval of c . r is wider, by the bounds of K x alone: infinite where they do not hold
     /// it.
-    /// @param c  of the reactions
+    /// @param c  of the reactions [unit of c . r].
     double widest(const Eigen::VectorXd& c) const;
 
     /// Where c . r lies. @param enough  a width at which the answer may stand: both ends are

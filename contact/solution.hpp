@@ -6,9 +6,11 @@
 
 namespace amontons {
 
-/// One look at the error on the way.
+/// One examine the error on the way.
 struct ErrorPoint {
+    /// Sweeps, projections or Newton steps so far.
     int iteration = 0;
+    /// Wall time since the start [s].
     double seconds = 0;
     double error = 0; ///< natural map, relative [-]
 };

@@ -72,7 +72,7 @@ Eigen::VectorXd start(const ContactProblem& problem, const Eigen::VectorXd& warm
 SolverRun run_plain(const ContactProblem& problem, SolverOptions options, Eigen::VectorXd start,
                     bool warm)
 {
-    // Its sweeps and steps are of many kinds: that one kind does not help says little.
+    // Its sweeps and steps are of many kinds: that one kind does not help gives little information.
     if (options.solver == ContactSolver::automatic)
         options.patience =
             kWaysOfAutomatic *
@@ -236,7 +236,7 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
     return whole;
 }
 
-/// Solves again with W + alpha: among the reactions that W does not tell apart, alpha prefers the
+/// Solves again with W + alpha: among the reactions that W does not distinguish, alpha prefers the
 /// least (Tikhonov). alpha |r| is a tenth of the tolerance, and the second solve close enough to
 /// feel it.
 void reduce_norm(const ContactProblem& problem, const SolverOptions& options,

@@ -7,7 +7,9 @@ namespace amontons {
 /// Units, powers of two, in which the numbers of a problem have squares and quotients that doubles
 /// can hold: W = 2^W W', q = 2^q q', r = 2^(q - W) r'.
 struct Units {
+    /// Powers of two by which W and q are multiplied.
     int W = 0, q = 0;
+    /// True if nothing is scaled.
     bool are_one() const { return W == 0 && q == 0; }
 };
 

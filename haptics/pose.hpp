@@ -4,8 +4,8 @@
 
 #include <Eigen/Geometry>
 
-// What a device and the loop say to each other. Six degrees of freedom always; a device with fewer
-// leaves the others still (a catheter's base: x and the turn about x).
+// What a device and the loop state to each other. Six degrees of freedom always; a device with
+// fewer leaves the others still (a catheter's base: x and the turn about x).
 
 namespace amontons {
 
@@ -30,7 +30,7 @@ Vec3 turn_vector(const Eigen::Quaterniond& rotation);
 Eigen::Quaterniond turn(const Vec3& v);
 
 /// From one pose to another: translation [m] and rotation vector [rad], world axes, so that
-/// to.rotation = turn(tail) * from.rotation. Endless turns are met piece by piece: |tail| <= pi.
+/// to.rotation = turn(tail) * from.rotation. Endless turns are found piece by piece: |tail| <= pi.
 Vec6 displacement(const HandPose& from, const HandPose& to);
 
 /// Any of its numbers is not finite, or the quaternion is not of unit length within 1e-3.

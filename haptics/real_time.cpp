@@ -32,8 +32,8 @@ namespace amontons {
 namespace {
 
 constexpr long kWarmUp = 20;     // ticks before faults are counted
-constexpr double kWatched = 1;   // how long the rate of steps is watched before it is told [s]
-constexpr double kSlow = 0.8;    // share of the steps asked for that is told
+constexpr double kWatched = 1;   // how long the rate of steps is watched before it is reported [s]
+constexpr double kSlow = 0.8;    // share of the steps asked for that is reported
 constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
 constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
 constexpr double kLetGo = SafetyOptions{}.ramp_down; // from any force to none at the end [s]
@@ -87,7 +87,7 @@ void flush_denormals()
         at[i] = 0;
 }
 
-/// By the kernel since it started, to make room for larger pieces; 0 where it does not tell.
+/// By the kernel since it started, to make room for larger pieces; 0 where it does not report.
 long pages_moved()
 {
     std::ifstream in("/proc/vmstat");
@@ -140,6 +140,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     const double period = options.period;
     const auto ticks = std::lround(options.duration / period);
     run.records.resize(static_cast<std::size_t>(ticks)); // written, so the pages are there
+
+    // ---- Bare thread and first operator
     if (options.bare) {
         run.bare_wake.resize(static_cast<std::size_t>(ticks));
         run.bare_wake.clear();
@@ -163,6 +165,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         operators.publish();
     else
         ++run.failed_steps;
+
+    // ---- Scheduler and memory
     if (options.scheduler) {
         // First all there is, so that the loop's arrays have their pages whatever was written yet;
         // what the simulation reserves later gets its own where it writes, not in one go.
@@ -182,6 +186,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     const double start = clock_now() + 5 * period; // the threads are there by then
     std::string refusal;
     std::size_t count = 0;
+
+    // ---- The loop's thread
     std::thread haptic([&] {
         if (options.scheduler) refusal = become_real_time(options.priority);
         flush_denormals();
@@ -231,6 +237,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         if (!sent.force.isZero(0) || !sent.torque.isZero(0))
             fade_out(loop, device, start, k, period);
     });
+
+    // ---- The bare thread, for the effect of the host
     std::thread bare;
     if (options.bare)
         bare = std::thread([&] {
@@ -238,6 +246,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
                        run.bare_wake, run.bare_missed);
         });
 
+    // ---- The simulation, in this thread
     double next = start, published = start;
     PoseAtTime pose;
     bool has_pose = false, told_slow = false;
@@ -295,6 +304,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         ++watched_steps;
         watch_rate();
     }
+
+    // ---- Records and what was refused
     haptic.join();
     tell();
     if (bare.joinable()) bare.join();

@@ -13,6 +13,7 @@
 
 namespace amontons {
 
+/// How the loop's thread runs.
 struct RealTimeOptions {
     double duration = 1;           ///< [s]
     double period = 1e-3;          ///< of the loop [s]
@@ -28,7 +29,7 @@ struct RealTimeOptions {
     std::function<void(double share)> on_overload;
     double budget = 0;
     /// Called in the simulation's thread where the loop's state is another than it was, and when
-    /// the run has ended: for the user, who is told while it lasts.
+    /// the run has ended: for the user, who is reported while it lasts.
     std::function<void(SafetyState state)> on_state;
     /// Called in the simulation's thread, once at most, where it makes fewer than 0.8 of the steps
     /// a second that operator_period asks for.
@@ -40,6 +41,7 @@ struct RealTimeOptions {
     std::function<void(long periods)> advance;
 };
 
+/// What a run by the clock measured.
 struct RealTimeRun {
     std::vector<TickRecord> records;
     std::string scheduling; ///< what was had, and what was refused, and how to get it
@@ -49,8 +51,9 @@ struct RealTimeRun {
     /// By the kernel, on the whole machine, meanwhile: it moves locked pages, too, and one that is
     /// on its way faults, unless the sysctl vm.compact_unevictable_allowed is 0.
     long pages_moved = 0;
-    // Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
+    /// Of the bare thread, at the same time: how late its ticks were [s]; and how many by a period.
     std::vector<double> bare_wake;
+    /// Ticks that the bare thread missed.
     long bare_missed = 0;
     double step_rate = 0;    ///< of the simulation, over its last whole second [1/s]; 0: none yet
     double slowest_step = 0; ///< of the simulation, publication included [s]
@@ -63,8 +66,8 @@ struct RealTimeRun {
 ///
 /// In the loop: no lock, no allocation, no page fault. The simulation never makes it wait, nor it
 /// the simulation. The first operator is made before the first tick. A simulation that throws later
-/// has stopped: the force is taken away, and the run goes on to its end without. When the run ends,
-/// or is ended, the last force goes to zero in 50 ms.
+/// has stopped: the force is taken away, and the run continues to its end without. When the run
+/// ends, or is ended, the last force tends to zero in 50 ms.
 template <class Real>
 RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_contacts,
                              const Publisher<Real>& publish, const RealTimeOptions& options);

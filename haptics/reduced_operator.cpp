@@ -6,7 +6,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kFarthestBack = 4; // of the bend at the first look
+constexpr double kFarthestBack = 4; // of the bend at the first sample
 
 template <class Real> constexpr int kPerLine = static_cast<int>(64 / sizeof(Real));
 
@@ -63,7 +63,7 @@ bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::Matri
     return true;
 }
 
-LookShare share_of_looks(const LookedWay& way, double s)
+PathBlend blend_of_samples(const SampledPath& way, double s)
 {
     if (way.looks == 0 || (s < 0 && !way.backwards)) return {};
     if (s <= way.at[0]) {

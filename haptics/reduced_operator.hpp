@@ -16,16 +16,18 @@ namespace amontons {
 constexpr int kMostLooks = 24; ///< ahead, on a way
 constexpr int kMostWays = 6;   ///< of an operator
 
-/// Where a displacement lies among a way's looks: between look - 1 (for 0: the pose itself) and
+/// Where a displacement lies among a way's looks: between sample - 1 (for 0: the pose itself) and
 /// look, with these weights.
-struct LookShare {
+struct PathBlend {
+    /// Number of the sample before.
     int look = 0;
+    /// Weights of the samples before and after.
     double before = 0, there = 0;
 };
 
 /// What q(d) and rest are beyond first order where the hand may go: with x the displacement and
-/// s = ahead . x, what they are at the looks, between them linear.
-struct LookedWay {
+/// s = ahead . x, what they are at the samples, between them linear.
+struct SampledPath {
     Vec6 ahead = Vec6::Zero();           ///< [1/m], [1/rad]
     bool backwards = false;              ///< s < 0 counts, too: as on a circle
     int looks = 0;                       ///< 0: nothing is known of it
@@ -68,6 +70,7 @@ template <class Real> struct ReducedOperator {
     struct alignas(64) Line {
         Real number[64 / sizeof(Real)];
     };
+    /// W by columns, in the order of memory.
     std::vector<Line> W;
     int stride = 0;                ///< a multiple of 64 bytes
     std::vector<Mat3> own;         ///< W_ii / compliance as the loop sees it; the first n count
@@ -83,7 +86,7 @@ template <class Real> struct ReducedOperator {
     /// Where the hand may go, first where it is going: those in use, and memory for as many as were
     /// needed so far.
     int ways = 0;
-    std::vector<LookedWay> way;
+    std::vector<SampledPath> way;
     /// Where the body in the hand loses its stability on the way: s of way[0] from which on
     /// after[0] holds, whatever s is later; infinite: nowhere.
     double jump_at = std::numeric_limits<double>::infinity();
@@ -95,6 +98,7 @@ template <class Real> struct ReducedOperator {
     double time = 0;            ///< when `handle` was read, on the loop's clock [s]
     std::uint64_t sequence = 0; ///< counts publications; 0: none yet
 
+    /// A column of W, 3n numbers.
     Real* column(int j) { return W.data()->number + std::ptrdiff_t{j} * stride; }
     const Real* column(int j) const { return W.data()->number + std::ptrdiff_t{j} * stride; }
 };
@@ -106,8 +110,8 @@ template <class Real> struct ReducedOperator {
 template <class Real>
 bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::MatrixXd>& W);
 
-/// @param s  ahead . x [-]. Up to the first look the bend is that of a circle.
-LookShare share_of_looks(const LookedWay& way, double s);
+/// @param s  ahead . x [-]. Up to the first sample the bend is that of a circle.
+PathBlend blend_of_samples(const SampledPath& way, double s);
 
 /// J of a point that a rigid handle carries: frame^T [1, -[arm]x].
 Eigen::Matrix<double, 3, 6> rigid_jacobian(const Mat3& frame, const Vec3& arm);

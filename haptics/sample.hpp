@@ -4,7 +4,8 @@
 
 namespace amontons {
 
-/// What a device says in a tick. `valid` is false when it has nothing to say: unplugged, silent.
+/// What a device states in a tick. `valid` is false when it has nothing to report: unplugged,
+/// silent.
 struct DeviceSample {
     double time = 0; ///< when it was measured, on the loop's clock [s]
     HandPose pose;

@@ -10,19 +10,22 @@
 
 namespace amontons {
 
+/// Of one quantity over all ticks.
 struct Percentiles {
+    /// Percentiles in the unit of the quantity.
     double p50 = 0, p99 = 0, p999 = 0, max = 0;
 };
 /// Of any numbers; all 0 if there are none. The share q of them is no larger than the percentile.
 Percentiles percentiles(std::vector<double> numbers);
 
+/// Quantities of a run, as `haptics.json` writes them.
 struct HapticSummary {
     double rate = 0; ///< ticks over the time they took [Hz]
     long ticks = 0;
-    // Ticks that were not done when the next was due: by our own work; because the machine below
-    // stood, which a virtual one books as processor time (half of the ticks that made as many
-    // products or more took less than half a period); because they began late; because others had
-    // the processor meanwhile.
+    /// Ticks that were not done when the next was due: by our own work; because the machine below
+    /// stood, which a virtual one books as processor time (half of the ticks that made as many
+    /// products or more took less than half a period); because they began late; because others had
+    /// the processor meanwhile.
     long missed_compute = 0, missed_host = 0, missed_wake = 0, missed_preempted = 0;
     long longest_miss = 0;          ///< ticks left out in a row
     Percentiles compute, wake, cpu; ///< [s]

@@ -49,7 +49,7 @@ std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& devi
             if (options.by_clock)
                 std::this_thread::sleep_until(begin + std::chrono::duration<double>(time));
         }
-        // The first is in time: with it the device is met. And so is one that was waited for.
+        // The first is in time: with it the device is found. And so is one that was waited for.
         if (late == 0 && !waited && options.late_share > 0 && uniform(rng) < options.late_share &&
             k > 0)
             late = options.late_ticks;

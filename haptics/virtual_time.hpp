@@ -10,6 +10,7 @@
 
 namespace amontons {
 
+/// How a run without a clock is timed.
 struct VirtualOptions {
     double duration = 1;           ///< [s]
     double operator_period = 0.02; ///< of the publisher [s]

@@ -9,7 +9,9 @@ namespace amontons {
 
 /// The nearest place on a surface.
 struct NearestTriangle {
+    /// Number of the triangle; -1: none.
     std::int32_t triangle = -1;
+    /// Nearest place on it.
     TrianglePoint at;
     double squared = 0; ///< squared distance [m^2]
 };
@@ -67,6 +69,7 @@ public:
     /// @return  distance of the centre from the surface [m]
     double gather(const BoundingTree& tree, const Vec3& centre, double radius,
                   std::int32_t near = -1);
+    /// Number of triangles.
     std::size_t count() const { return triangles_.size(); }
 
     /// As BoundingTree::nearest, for a point of the region.

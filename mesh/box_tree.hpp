@@ -10,9 +10,12 @@ namespace amontons {
 
 /// An axis-aligned box; the default holds nothing.
 struct BoundingBox {
+    /// Least coordinates [m].
     Eigen::Array3d low = Eigen::Array3d::Constant(std::numeric_limits<double>::infinity());
+    /// Greatest coordinates [m].
     Eigen::Array3d high = -low;
 
+    /// Extends the box by a point.
     void add(const Vec3& x)
     {
         low = low.min(x.array());
@@ -23,6 +26,7 @@ struct BoundingBox {
         low = low.min(other.low);
         high = high.max(other.high);
     }
+    /// True if the boxes have a point in common.
     bool touches(const BoundingBox& other) const
     {
         return (low <= other.high).all() && (other.low <= high).all();

@@ -21,6 +21,7 @@ struct CurvePoint {
 
 /// Where on a centreline a point of space is nearest to it.
 struct CurveLocation {
+    /// Number of the piece; -1: none.
     std::int32_t piece = -1;
     double parameter = 0; ///< of the piece, in [0, Centreline::parameter_range(piece)] [m]
     double distance = 0;  ///< [m]
@@ -28,7 +29,9 @@ struct CurveLocation {
 
 /// Value and derivatives of one piece with respect to its own parameter.
 struct CurveDerivatives {
+    /// Place [m] and derivatives by the parameter.
     Vec3 value, first, second, third;
+    /// Radius [m] and derivatives by the parameter.
     double radius, radius_first, radius_second;
 };
 
@@ -56,9 +59,11 @@ public:
     /// @param end_radius   [m], > 0; linear from the radius reached so far
     void append_arc(double bend_radius, double angle, double turn, double end_radius);
 
+    /// Number of pieces.
     std::int32_t piece_count() const { return static_cast<std::int32_t>(pieces_.size()); }
     double length() const { return length_; } ///< of the whole curve [m]
     double end_radius() const;                ///< where the curve ends [m]
+    /// Parameter at the end of a piece (0 at its start).
     double parameter_range(std::int32_t piece) const { return pieces_[at_(piece)].range; }
 
     /// The point at arc length s [m], clamped to [0, length()].

@@ -12,10 +12,13 @@
 
 namespace amontons {
 
-constexpr double kCoincident = 1e-9;    ///< distance / diagonal: rounding of a file, not geometry
-constexpr double kFlatTriangle = 1e-12; ///< height of a triangle / diagonal: its normal is noise
-constexpr std::size_t kMostNamed = 3;   ///< faults of one kind that are shown
+constexpr double kCoincident =
+    1e-9; ///< distance / diagonal: rounding of a file, not geometry (ratio)
+constexpr double kFlatTriangle =
+    1e-12; ///< height of a triangle / diagonal: its normal is noise (ratio)
+constexpr std::size_t kMostNamed = 3; ///< faults of one kind that are shown
 
+/// A vertex of a mesh.
 inline const Vec3& point_of(const SurfaceMesh& mesh, std::int32_t i)
 {
     return mesh.points[static_cast<std::size_t>(i)];

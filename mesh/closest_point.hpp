@@ -4,7 +4,7 @@
 
 namespace amontons {
 
-/// Which part of a triangle a point lies on. Edge k goes from vertex k to vertex k + 1.
+/// Which part of a triangle a point lies on. Edge k runs from vertex k to vertex k + 1.
 enum class TriangleFeature : std::uint8_t { face, edge0, edge1, edge2, vertex0, vertex1, vertex2 };
 
 /// The nearest point of a triangle.

@@ -62,12 +62,17 @@ public:
     /// a thread of its own. The values are the same, whoever filled them.
     DistanceField share() const;
 
+    /// Signed distance, normal and Hessian at x [m].
     WallSample sample(const Vec3& x, WallHint& hint) const;
+    /// Signed distance at x [m].
     double distance(const Vec3& x, WallHint& hint) const;
 
     /// As Wall's: of points in blocks that are not filled, and there only where it is above zero.
+    /// [m]
     double clearance(const Vec3& x, WallHint& hint) const;
+    /// As Wall's: reads samples from the folder `cache`, if there are any.
     void prepare(const std::string& cache, int threads);
+    /// As Wall's: writes new samples to the cache. @returns  messages, one a line
     std::vector<std::string> keep() const;
 
     double spacing() const { return spacing_; } ///< [m]

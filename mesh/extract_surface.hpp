@@ -14,6 +14,7 @@ struct ExternalSurface {
     std::vector<std::int32_t> used_nodes;    ///< nodes of the mesh that lie on it, ascending
     std::vector<std::int32_t> surface_nodes; ///< of each node of the mesh: in used_nodes, or -1
 
+    /// Nodes of a face.
     std::span<const std::int32_t> face(std::size_t i) const
     {
         return std::span<const std::int32_t>(nodes).subspan(
@@ -40,10 +41,13 @@ struct SurfaceEdge {
 
 /// An edge where more than two faces meet.
 struct CrowdedEdge {
+    /// The two nodes.
     std::array<std::int32_t, 2> nodes{};
+    /// Faces that share the edge.
     std::vector<std::int32_t> faces;
 };
 
+/// Edges of a surface and their faces.
 struct SurfaceEdges {
     std::vector<SurfaceEdge> edges;   ///< by their nodes
     std::vector<CrowdedEdge> crowded; ///< not in `edges`
@@ -63,6 +67,7 @@ struct SurfaceIntegrals {
     Vec3 area_vector = Vec3::Zero(); ///< integral of the normal; 0 if closed [m^2]
     double volume = 0;               ///< integral of x . n / 3, enclosed if closed [m^3]
 };
+/// Area, volume and centre of mass enclosed by a surface.
 SurfaceIntegrals integrate(const ExternalSurface& surface, const VolumeMesh& mesh);
 
 /// The surface as flat triangles with the points `used_nodes`: four for a T10's face (through its
@@ -71,6 +76,7 @@ struct TriangulatedSurface {
     SurfaceMesh mesh;
     std::vector<std::int32_t> faces; ///< of each triangle: the face of the surface
 };
+/// The surface as triangles; quadrilaterals and curved faces are divided.
 TriangulatedSurface triangulate(const ExternalSurface& surface, const VolumeMesh& mesh);
 
 } // namespace amontons

@@ -19,6 +19,7 @@ using FaceGradients = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostSolidF
 /// @param nodes   3, 6 or 4
 /// @return        values, n [-], and derivatives, 2 x n [-]
 FaceValues face_shape_values(int nodes, const Vec3& xi);
+/// Derivatives of the shape functions of a face by xi.
 FaceGradients face_shape_gradients(int nodes, const Vec3& xi);
 
 /// The same for loops that need both: N and its derivatives dx, dy, in arrays of `nodes` numbers.
@@ -46,9 +47,11 @@ inline void evaluate_face(int nodes, double x, double y, double* N, double* dx, 
     dy[3] = -4 * x, dy[4] = 4 * x, dy[5] = 4 * (l - y);
 }
 
+/// A point of an integration rule.
 struct QuadraturePoint {
+    /// Its coordinates in the reference element.
     Vec3 xi;
-    double weight = 0; ///< all are > 0; they sum to the size of the reference element
+    double weight = 0; ///< all are > 0; they sum to the size of the reference element (weight)
 };
 
 /// Exact for constant pressure on any face, and for linear traction on flat ones: 3, 7, 2 x 2

@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-// Points go into cubes four times `distance` wide. What is near to a point is then in its cube or
+// Points enter cubes four times `distance` wide. What is near to a point is then in its cube or
 // beyond the walls that are near to it.
 std::vector<std::array<std::int32_t, 2>> near_points(const std::vector<Vec3>& points,
                                                      double distance)

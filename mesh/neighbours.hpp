@@ -8,7 +8,9 @@ namespace amontons {
 struct Lists {
     std::vector<std::int64_t> starts; ///< n + 1, in `items`
     std::vector<std::int32_t> items;
+    /// Number of lists.
     std::size_t size() const { return starts.empty() ? 0 : starts.size() - 1; }
+    /// The list of i.
     std::span<const std::int32_t> of(std::int32_t i) const
     {
         const auto k = static_cast<std::size_t>(i);
@@ -27,8 +29,11 @@ Lists nodes_at_nodes(const VolumeMesh& mesh);
 
 /// A face and its corners in ascending order (the fourth of a triangle is -1).
 struct SortedFace {
+    /// Corners of the face, ascending; -1 behind the last.
     std::array<std::int32_t, 4> corners{};
+    /// The element and its local face.
     FaceRef face;
+    /// True if both are the same face.
     bool same_corners(const SortedFace& other) const { return corners == other.corners; }
 };
 

@@ -68,7 +68,7 @@ std::vector<Part> closed_parts(const SurfaceMesh& mesh)
     return parts;
 }
 
-/// How often a closed part goes around x: 0 outside of it, 1 or -1 inside.
+/// How often a closed part runs around x: 0 outside of it, 1 or -1 inside.
 /// Source: Van Oosterom & Strackee, IEEE Trans. Biomed. Eng. 30 (1983), solid angle of a triangle.
 double winding(const SurfaceMesh& mesh, const Part& part, const Vec3& x)
 {

@@ -12,11 +12,12 @@ namespace amontons {
 using Region = std::function<bool(const Vec3&)>;
 
 /// Length below which places of a mesh count as the same: 1e-6 of its diagonal, which numbers of
-/// single precision in files keep to. [m]
+/// single precision in files keep to [m].
 double place_tolerance(const VolumeMesh& mesh);
 
 /// @param slack  how far outside still counts [m]
 Region inside_box(const Vec3& from, const Vec3& to, double slack);
+/// Places within a ball; slack is added to the radius [m].
 Region inside_ball(const Vec3& centre, double radius, double slack);
 /// @param within  distance from the plane on both sides [m]
 Region near_plane(const Vec3& at, const Vec3& normal, double within);

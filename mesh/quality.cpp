@@ -15,7 +15,7 @@ namespace {
 using Gradient = std::array<double, 3>; // of a shape function by the three local coordinates
 
 struct Sample {
-    double weight = 0; // of the volume integral; 0: det J is only looked at
+    double weight = 0; // of the volume integral; 0: det J is only examined
     std::array<Gradient, kMostElementNodes> gradient{};
 };
 

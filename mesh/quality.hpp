@@ -4,7 +4,7 @@
 
 namespace amontons {
 
-/// What the shape of one element says. Angles and lengths are those of its corners.
+/// What the shape of one element states. Angles and lengths are those of its corners.
 struct ElementQuality {
     double volume = 0;            ///< integral of det J, exact [m^3]
     double least_jacobian = 0;    ///< det J at corners and integration points, the least [m^3]
@@ -17,16 +17,21 @@ struct ElementQuality {
     double least_dihedral = 0, greatest_dihedral = 0; ///< between faces [rad]
     double shortest_edge = 0, longest_edge = 0;       ///< [m]
 
-    double jacobian_ratio() const ///< least / greatest det J: 1 for a T4 or a parallelepiped
+    double
+    jacobian_ratio() const ///< least / greatest det J: 1 for a T4 or a parallelepiped (ratio)
     {
         return greatest_jacobian > 0 ? least_jacobian / greatest_jacobian : 0;
     }
+    /// Longest edge over shortest height (ratio).
     double aspect() const { return shortest_edge > 0 ? longest_edge / shortest_edge : 0; }
 };
 
+/// Quality of one element.
 ElementQuality quality_of(const VolumeMesh& mesh, const ElementView& element);
 
+/// Range of a quantity over elements.
 struct Spread {
+    /// In the unit of the quantity.
     double least = 0, median = 0, greatest = 0;
 };
 
@@ -43,6 +48,7 @@ struct QualityReport {
     Spread shortest_edge;     ///< [m]
 };
 
+/// Ranges over all elements.
 QualityReport report_of(const std::vector<ElementQuality>& all);
 
 /// @throws std::logic_error  if an element has a node that the mesh has not

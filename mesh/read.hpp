@@ -15,7 +15,7 @@ struct SizeSource;
 /// know. May throw InputError.
 using VtpReader = std::function<SurfaceMesh(const std::string& path)>;
 
-/// A surface from a file; the suffix (.stl .obj .ply .vtp, in any case) says its format.
+/// A surface from a file; the suffix (.stl .obj .ply .vtp, in any case) states its format.
 ///
 /// Vertices at exactly the same place are merged. Nothing else is changed or checked: see
 /// check_surface.
@@ -42,7 +42,7 @@ std::vector<SizeSource> read_size_field(const std::string& path, double scale);
 /// For scenes that give no scale.
 double default_scale(const std::string& path);
 
-/// Writes a surface as its suffix says: .stl (binary, rounded to float), .obj or .ply.
+/// Writes a surface as its suffix specifies: .stl (binary, rounded to float), .obj or .ply.
 /// @throws InputError  unknown suffix
 /// @throws WriteError  see write_file
 void write_surface(const std::string& path, const SurfaceMesh& mesh);

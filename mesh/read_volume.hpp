@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// Solids from a file; the suffix says its format, in any case: .msh (Gmsh), .vtu (VTK), .inp
+/// Solids from a file; the suffix specifies its format, in any case: .msh (Gmsh), .vtu (VTK), .inp
 /// (Abaqus, CalculiX), .nodes (plain text, with a file .elements beside it).
 ///
 /// Nothing is changed or checked beyond what the format needs: see check_volume.
@@ -15,7 +15,7 @@ namespace amontons {
 /// @throws InputError  unknown suffix, scale that is not > 0 and finite, or as the format's reader
 VolumeFile read_volume(const std::string& path, double scale);
 
-/// Writes solids as the suffix says: .msh, .inp, or .nodes with .elements beside it.
+/// Writes solids as the suffix specifies: .msh, .inp, or .nodes with .elements beside it.
 /// @param gmsh   version and encoding of a .msh file
 /// @param notes  gets what was renamed; may be null
 /// @throws InputError  unknown suffix

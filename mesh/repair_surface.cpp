@@ -62,7 +62,7 @@ bool ascending(const RepairedTriangle& t)
 }
 
 /// The same three vertices, whichever way around: the later ones go. If they lie back to back and
-/// an even number of other triangles is at each edge, the first one goes as well: they enclose
+/// an even number of other triangles is at each edge, the first one passes as well: they enclose
 /// nothing, and the others are closed without them.
 std::int64_t remove_repeated(SurfaceMesh& mesh)
 {
@@ -130,7 +130,7 @@ std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
             gone.push_back(i);
             continue;
         }
-        if (both.size() != 2) continue; // a crowded edge: stays, and is told
+        if (both.size() != 2) continue; // a crowded edge: stays, and is reported
         const auto other =
             static_cast<std::size_t>(both[0] == static_cast<std::int32_t>(i) ? both[1] : both[0]);
         if (changed[other]) continue;

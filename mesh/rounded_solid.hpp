@@ -24,8 +24,10 @@ public:
     RoundedSolid(const SurfaceMesh& surface, double width);
     ~RoundedSolid();
 
+    /// Value and gradient at a place.
     struct Sample {
         double value = 0; ///< < 0 inside; beside smooth parts the signed distance [m]
+        /// Of the value, by place.
         Vec3 gradient = Vec3::Zero();
     };
 

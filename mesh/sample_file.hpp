@@ -12,10 +12,12 @@ namespace amontons {
 
 /// The place of a brick in its grid, counted in bricks, each within 2^20.
 struct BrickKey {
+    /// Numbers of the brick in the lattice.
     std::int32_t x, y, z;
     bool operator==(const BrickKey&) const = default;
 };
 
+/// Hash of a brick's numbers.
 struct BrickHash {
     std::size_t operator()(const BrickKey& k) const
     {

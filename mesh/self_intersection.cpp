@@ -38,7 +38,7 @@ bool between(double x, double a, double b)
 }
 
 /// Two closed segments in a plane, seen along axis k.
-bool segments_meet(int k, const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b)
+bool segments_intersect(int k, const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b)
 {
     const int pa = orientation_along(k, p, q, a), pb = orientation_along(k, p, q, b);
     const int ap = orientation_along(k, a, b, p), aq = orientation_along(k, a, b, q);
@@ -51,21 +51,21 @@ bool segments_meet(int k, const Vec3& p, const Vec3& q, const Vec3& a, const Vec
            (aq == 0 && on(q, a, b));
 }
 
-bool segment_meets_in_plane(const Vec3& p, const Vec3& q, const CornerPlaces& t)
+bool segment_intersects_in_plane(const Vec3& p, const Vec3& q, const CornerPlaces& t)
 {
     const int k = widest_axis(t);
     for (std::size_t i = 0; i < 3; ++i)
-        if (segments_meet(k, p, q, t[i], t[(i + 1) % 3])) return true;
+        if (segments_intersect(k, p, q, t[i], t[(i + 1) % 3])) return true;
     const int s0 = orientation_along(k, t[0], t[1], p), s1 = orientation_along(k, t[1], t[2], p),
               s2 = orientation_along(k, t[2], t[0], p);
     return s0 == s1 && s1 == s2; // inside as a whole
 }
 
 /// @param side_p  orientation of the triangle and p; side_q of the triangle and q
-bool segment_meets(const Vec3& p, const Vec3& q, int side_p, int side_q, const CornerPlaces& t)
+bool segment_intersects(const Vec3& p, const Vec3& q, int side_p, int side_q, const CornerPlaces& t)
 {
     if (side_p * side_q > 0) return false;
-    if (side_p == 0 && side_q == 0) return segment_meets_in_plane(p, q, t);
+    if (side_p == 0 && side_q == 0) return segment_intersects_in_plane(p, q, t);
     const int s0 = orientation(p, q, t[0], t[1]), s1 = orientation(p, q, t[1], t[2]);
     if (s0 * s1 < 0) return false;
     const int s2 = orientation(p, q, t[2], t[0]);
@@ -84,31 +84,31 @@ bool one_side(const std::array<int, 3>& s)
     return s[0] != 0 && s[0] == s[1] && s[1] == s[2];
 }
 
-bool any_edge_meets(const CornerPlaces& edges_of, const std::array<int, 3>& side,
-                    const CornerPlaces& t)
+bool any_edge_intersects(const CornerPlaces& edges_of, const std::array<int, 3>& side,
+                         const CornerPlaces& t)
 {
     for (std::size_t i = 0; i < 3; ++i) {
         const std::size_t j = (i + 1) % 3;
-        if (segment_meets(edges_of[i], edges_of[j], side[i], side[j], t)) return true;
+        if (segment_intersects(edges_of[i], edges_of[j], side[i], side[j], t)) return true;
     }
     return false;
 }
 
-bool apart_meet(const CornerPlaces& a, const CornerPlaces& b)
+bool separate_parts_touch(const CornerPlaces& a, const CornerPlaces& b)
 {
     const std::array<int, 3> sa = sides(b, a);
     if (one_side(sa)) return false;
     const std::array<int, 3> sb = sides(a, b);
     if (one_side(sb)) return false;
-    return any_edge_meets(a, sa, b) || any_edge_meets(b, sb, a);
+    return any_edge_intersects(a, sa, b) || any_edge_intersects(b, sb, a);
 }
 
 /// The edge of a opposite of its corner i, against b.
-bool opposite_edge_meets(const CornerPlaces& a, std::size_t i, const CornerPlaces& b)
+bool opposite_edge_intersects(const CornerPlaces& a, std::size_t i, const CornerPlaces& b)
 {
     const Vec3 &p = a[(i + 1) % 3], &q = a[(i + 2) % 3];
     const int side_p = orientation(b[0], b[1], b[2], p), side_q = orientation(b[0], b[1], b[2], q);
-    return segment_meets(p, q, side_p, side_q, b);
+    return segment_intersects(p, q, side_p, side_q, b);
 }
 
 /// Both share the edge p, q: they meet elsewhere only if folded flat onto each other.
@@ -143,9 +143,10 @@ public:
             in_b[shared++] = j;
         }
         const CornerPlaces ca = corners(t), cb = corners(u);
-        if (shared == 0) return apart_meet(ca, cb);
+        if (shared == 0) return separate_parts_touch(ca, cb);
         if (shared == 1)
-            return opposite_edge_meets(ca, in_a[0], cb) || opposite_edge_meets(cb, in_b[0], ca);
+            return opposite_edge_intersects(ca, in_a[0], cb) ||
+                   opposite_edge_intersects(cb, in_b[0], ca);
         if (shared == 2)
             return folded(ca[in_a[0]], ca[in_a[1]], ca[3 - in_a[0] - in_a[1]],
                           cb[3 - in_b[0] - in_b[1]]);
@@ -183,7 +184,7 @@ public:
 
     /// Calls visit(t, u), t < u, for all pairs of triangles whose boxes meet, until it returns
     /// false.
-    /// @return  how many pairs of boxes were looked at
+    /// @return  how many pairs of boxes were examined
     template <class Visit> std::int64_t for_each_pair(Visit visit) const
     {
         std::int64_t looked_at = 0;

@@ -12,7 +12,7 @@ namespace amontons {
 struct SelfIntersections {
     std::vector<std::array<std::int32_t, 2>> pairs; ///< the first ones; ascending
     std::int64_t count = 0;                         ///< of all pairs; counting stops at a million
-    std::int64_t compared = 0; ///< pairs of boxes that were looked at, of triangles and of groups
+    std::int64_t compared = 0; ///< pairs of boxes that were examined, of triangles and of groups
 };
 
 /// Finds where a surface passes through or touches itself.

@@ -170,7 +170,7 @@ double count_by_size(const SurfaceMesh& surface, const SizeField& size, int acro
         const LatticeColumns::Sum sum = columns.sum(size);
         if (sum.volume > 0) return sum.count * (volume / sum.volume);
     }
-    return volume / std::pow(size.least(), 3); // nothing was met: rather too many
+    return volume / std::pow(size.least(), 3); // nothing was found: rather too many
 }
 
 } // namespace amontons

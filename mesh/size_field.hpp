@@ -21,7 +21,7 @@ public:
     /// @param gradation  growth with the distance from a source [-], > 0
     SizeField(double greatest, std::vector<SizeSource> sources, double gradation);
 
-    /// O(log n + sources that reach x).
+    /// O(log n + sources that reach x). Edge length [m].
     double at(const Vec3& x) const;
     const std::vector<SizeSource>& sources() const { return sources_; }
     double greatest() const { return greatest_; }

@@ -75,7 +75,7 @@ struct Rays {
 };
 
 /// Looks from the middles of pieces of triangles that are cut until they are no longer than twice
-/// what is to be told apart there: the size, or what was found to be thinner.
+/// what is to be distinguished there: the size, or what was found to be thinner.
 class ThinParts {
 public:
     ThinParts(const SurfaceMesh& surface, const SizeField& size, std::vector<SmallFeature>& found)
@@ -130,7 +130,7 @@ private:
         if (wall < (1 - 1e-6) * here) found_.push_back({"a wall", x - 0.5 * wall * n, wall, here});
         if (gap < (1 - 1e-6) * here) found_.push_back({"a gap", x + 0.5 * gap * n, gap, here});
         // Halved where it is long only: a slender one cut into triangles, or into four, would be
-        // looked at far more often than its length asks for.
+        // examined far more often than its length asks for.
         const double across = std::max((p[1] - p[0]).norm(), (p[3] - p[2]).norm()),
                      along = std::max((p[2] - p[1]).norm(), (p[0] - p[3]).norm());
         if (std::max(across, along) <= 2 * std::max(std::min({here, wall, gap}), finest_)) return;

@@ -8,6 +8,7 @@ namespace amontons {
 
 /// A place on a smooth surface: barycentric coordinates in one of its curved triangles.
 struct PatchPoint {
+    /// Number of the patch; -1: none.
     std::int32_t patch = -1;
     Vec3 weights = Vec3::Zero();  ///< sum 1, each >= 0
     Vec3 position = Vec3::Zero(); ///< [m]
@@ -37,7 +38,9 @@ public:
 
     /// A curved triangle's Bezier points b_ijk, weights u^i v^j w^k [m].
     struct Patch {
+        /// Number of the patch.
         std::int32_t number = -1;
+        /// Control points of the cubic triangle [m].
         Vec3 b300, b030, b003, b210, b120, b021, b012, b102, b201, b111;
     };
 

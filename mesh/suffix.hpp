@@ -11,6 +11,7 @@
 
 namespace amontons {
 
+/// True if a path ends with the suffix, in any case.
 inline bool has_suffix(const std::string& path, std::string_view suffix)
 {
     return lower_case(path).ends_with(suffix);
@@ -50,6 +51,7 @@ inline std::string suffix_hint(const std::string& path, bool solid)
     return "";
 }
 
+/// Throws an InputError: the suffix is none of those allowed.
 [[noreturn]] inline void refuse_suffix(const std::string& path, const std::string& allowed)
 {
     const std::size_t dot = path.find_last_of("./");

@@ -38,7 +38,7 @@ bool is_degenerate(const SurfaceMesh& mesh, const std::array<std::int32_t, 3>& t
 // ---- boundaries --------------------------------------------------------------------------
 
 /// Walks along edges of one triangle until no unused one is left. Where two holes touch at a
-/// vertex, any way to go on gives closed loops.
+/// vertex, any way to continue gives closed loops.
 class BoundaryWalk {
 public:
     BoundaryWalk(const SurfaceMesh& mesh, const std::vector<HalfEdge>& edges)
@@ -80,7 +80,7 @@ private:
             if (here == start) break;
             std::vector<std::size_t>& edges_here = at_vertex_[here];
             while (!edges_here.empty() && used_[edges_here.back()])
-                edges_here.pop_back(); // never looked at again: many edges may meet here
+                edges_here.pop_back(); // never examined again: many edges may touch here
             if (!edges_here.empty()) i = edges_here.back();
         }
         if (here != start) loop.vertices.push_back(here); // ends at an edge of many triangles
@@ -239,7 +239,7 @@ std::vector<Issue> issues(const SurfaceReport& report, const SurfaceMesh& mesh,
     if (required.simple)
         add_issues(
             all, file, report.intersections, report.intersection_count,
-            "a surface that does not meet itself",
+            "a surface that does not touch itself",
             [](const auto& pair) {
                 return "triangles " + std::to_string(pair[0]) + " and " + std::to_string(pair[1]);
             },

@@ -12,7 +12,9 @@ namespace amontons {
 
 /// An edge and the triangles on it. Indices count from 0, as in ParaView.
 struct EdgeFault {
+    /// The two vertices.
     std::array<std::int32_t, 2> vertices{};
+    /// Triangles at the edge.
     std::vector<std::int32_t> triangles;
 };
 
@@ -25,6 +27,7 @@ struct BoundaryLoop {
 
 /// What is odd about a surface. Nothing of it is an error by itself: see issues().
 struct SurfaceReport {
+    /// Numbers of the surface.
     std::int64_t vertices = 0, triangles = 0;
     double diagonal = 0;        ///< of the bounding box of the vertices in use [m]
     int components = 0;         ///< parts of the surface that no edge connects
@@ -43,7 +46,7 @@ struct SurfaceReport {
     bool closed() const { return triangles > 0 && boundaries.empty() && non_manifold.empty(); }
 };
 
-/// Looks for everything in SurfaceReport. 100 000 triangles in 0.5 s.
+/// Searches for everything in SurfaceReport. 100 000 triangles in 0.5 s.
 /// @param mesh  indices within its points (else std::logic_error), finite coordinates
 SurfaceReport check_surface(const SurfaceMesh& mesh);
 

@@ -139,7 +139,7 @@ double SurfaceDistance::from_place_(const Vec3& x, const NearestTriangle& place,
         smooth_.nearest(x, place.triangle / (cuts_ * cuts_),
                         smooth_.weights_in_patch(place.triangle, cuts_, place.at.weights), last);
     const double found = (x - curved.position).norm();
-    // Newton may have gone astray at a fold; the two differ by no more than the chord error.
+    // Newton's method may have diverged at a fold; the two differ by no more than the chord error.
     const bool good = found <= flat + 2 * chord_error_;
     const double size = good ? found : flat;
     // Between the flat piece and the curved one only the curved one knows the side.

@@ -25,6 +25,7 @@ public:
     Hash128 fingerprint() const override;
 
     /// @param near  a triangle of refined() that is probably near, or -1; that of x on return
+    /// @returns  distance [m]
     double distance(const Vec3& x, std::int32_t& near) const;
 
     const SurfaceMesh& refined() const { return refined_; }

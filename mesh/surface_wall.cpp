@@ -21,10 +21,10 @@ namespace {
 constexpr double kSmoothCrease = 120 * std::numbers::pi / 180;
 constexpr double kSharpCrease = 60 * std::numbers::pi / 180;
 constexpr double kVesselHoles = 0.25; // largest part of a vessel's area that its holes are
-constexpr int kOpeningExtension = 6;  // radii that a vessel goes on beyond an opening
+constexpr int kOpeningExtension = 6;  // radii that a vessel continues beyond an opening
 constexpr double kWallSpacing = 0.2;  // spacing over the smallest radius
 constexpr double kFinestGrid = 1.0 / 4000, kWidest = 1.0 / 20; // of the box's diagonal
-constexpr std::size_t kProbes = 600; // places where the radius is looked for
+constexpr std::size_t kProbes = 600; // places where the radius is searched for
 constexpr double kSmallPart = 0.05;  // of the places may be narrower than the radius taken
 constexpr double kWallBand = 12;     // grid spacings from the wall: a spline's reach twice
 constexpr int kMostCuts = 4;
@@ -122,7 +122,7 @@ void extend(SurfaceMesh& mesh, const Rim& rim, const Vec3& outward, int rings)
     close_hole(mesh, loop);
 }
 
-// How many radii a rim's tube may go on without meeting the surface again.
+// How many radii a rim's tube may continue without meeting the surface again.
 int clear_rings(const BoundingTree& tree, const Rim& rim, const Vec3& outward)
 {
     for (int k = 4; k <= 2 * kOpeningExtension; ++k) { // nearer than 2 radii it is the rim itself
@@ -192,6 +192,7 @@ bool face_free_side(SurfaceMesh& mesh, const SurfaceWallOptions& options, bool h
 
 WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& options)
 {
+    // ---- Checks and topology
     std::vector<Issue> issues;
     if (options.side != "" && options.side != "inside" && options.side != "outside")
         issues.push_back(
@@ -217,6 +218,8 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
     const bool vessel = !rims.empty() && holes < kVesselHoles * area_of(mesh);
     const bool inside = face_free_side(mesh, options, !rims.empty(), vessel, issues);
     if (!issues.empty()) throw InputError(std::move(issues));
+
+    // ---- Axes, radius, spacing
     const double crease = options.crease > 0 ? options.crease
                           : inside           ? kSmoothCrease
                                              : kSharpCrease;
@@ -248,6 +251,8 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
 
     const std::size_t own = mesh.triangles.size();
     std::vector<Opening> openings;
+
+    // ---- The distance
     if (vessel) {
         rims = rims_of(mesh, issues); // it may have been turned
         std::sort(rims.begin(), rims.end(), [](const Rim& a, const Rim& b) {
@@ -269,7 +274,7 @@ WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& opt
                                                     kWallBand * spacing);
     SurfaceMesh shown = source->refined();
     shown.triangles.resize(std::min(shown.triangles.size(), own * at(cuts * cuts)));
-    // The points of what was added to go on beyond the openings are not needed there.
+    // The points of what was added to continue beyond the openings are not needed there.
     std::vector<std::int32_t> number(shown.points.size(), -1);
     std::vector<Vec3> used;
     for (auto& t : shown.triangles)

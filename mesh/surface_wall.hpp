@@ -8,7 +8,7 @@ namespace amontons {
 
 /// How a triangle surface becomes a wall.
 struct SurfaceWallOptions {
-    /// Where the free space is: "inside", "outside", or "" to tell from the surface: inside a
+    /// Where the free space is: "inside", "outside", or "" to report from the surface: inside a
     /// vessel (a surface whose holes are small), else the side that the normals of a closed
     /// surface point to. Required for an open surface that is no vessel.
     std::string side;
@@ -20,7 +20,7 @@ struct SurfaceWallOptions {
 
 /// The wall of a triangle surface: facets are refined to a smooth surface through the same
 /// vertices, whose signed distance is sampled. Each hole of a vessel becomes an opening
-/// ("opening_1" is the widest), beyond which the wall goes on straight for some radii.
+/// ("opening_1" is the widest), beyond which the wall continues straight for some radii.
 /// `surface` of the model is the refined one.
 /// @throws InputError  if the surface is not manifold or orientable, has no triangle, or an
 ///                     unknown or missing side

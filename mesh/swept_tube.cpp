@@ -34,7 +34,7 @@ CurveDerivatives SweptTube::foot_(const Vec3& x, WallHint& hint) const
     const bool beyond = at.piece == centreline_.piece_count() - 1 &&
                         at.parameter >= centreline_.parameter_range(at.piece);
     if (!before && !beyond) return c;
-    // Straight on, in arc length. The radius goes over to a constant without a kink.
+    // Straight on, in arc length. The radius changes over to a constant without a kink.
     const double speed = c.first.norm();
     const Vec3 tangent = c.first / speed;
     if ((before ? start_ : end_) == TubeEnd::ball) { // a foot that does not move

@@ -5,14 +5,14 @@
 
 namespace amontons {
 
-/// What lies beyond an end of a tube: it goes on straight, or a ball closes it.
+/// What lies beyond an end of a tube: it continues straight, or a ball closes it.
 enum class TubeEnd { straight, ball };
 
 /// The free space inside a tube around a centreline, in closed form.
 ///
 /// With g(x) = R(u) - |x - c(u)|, c(u) the nearest point of the centreline, the distance is
 /// g / |grad g| and the normal grad g / |grad g|: exact for a constant radius and for a cone,
-/// to first order in g elsewhere. Beyond its two ends the tube goes on straight, its radius
+/// to first order in g elsewhere. Beyond its two ends the tube continues straight, its radius
 /// levelling off within one radius (its ends are open), or a ball closes it. A tube must not come
 /// nearer to itself than its own radius. Derivation: in swept_tube.cpp.
 class SweptTube {
@@ -26,7 +26,9 @@ public:
     {
     }
 
+    /// Signed distance, normal and Hessian at x [m].
     WallSample sample(const Vec3& x, WallHint& hint) const;
+    /// Signed distance at x [m].
     double distance(const Vec3& x, WallHint& hint) const;
     /// No more than `distance`, if the radius is the same all along and the hint is the piece next
     /// to x; else -infinity.

@@ -199,7 +199,7 @@ void add_coincident(std::vector<Issue>& issues, const std::string& file, const V
 
 } // namespace
 
-bool VolumeReport::meets_itself() const
+bool VolumeReport::touches_itself() const
 {
     return !crowded_edges.empty() || !pinched.empty();
 }
@@ -277,7 +277,7 @@ std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,
         all, file, report.pinched, "elements that share an edge or a face",
         [&](std::int32_t n) { return words.node(n); },
         [&](std::int32_t n) { return "elements that meet in this node only, " + words.at(n); });
-    if (report.meets_itself()) add_coincident(all, file, report, words);
+    if (report.touches_itself()) add_coincident(all, file, report, words);
     return all;
 }
 
@@ -291,7 +291,7 @@ std::vector<Issue> warnings_of(const VolumeReport& report, const VolumeMesh& mes
         all, file, report.unreferenced, "nodes of elements",
         [&](std::int32_t n) { return words.node(n); },
         [&](std::int32_t n) { return "a node of no element at " + words.at(n); });
-    if (!report.meets_itself()) add_coincident(all, file, report, words);
+    if (!report.touches_itself()) add_coincident(all, file, report, words);
     add(
         all, file, report.slivers,
         "shape >= " + number_text(report.options.sliver) +

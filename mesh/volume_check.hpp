@@ -15,7 +15,9 @@ struct VolumeCheckOptions {
 
 /// What is odd about a mesh of solids. Lists are ascending; numbers count from 0.
 struct VolumeReport {
+    /// Number of nodes.
     std::int64_t nodes = 0;
+    /// Elements of each kind.
     std::array<std::int64_t, kElementKinds> elements{};
     Vec3 lowest = Vec3::Zero(), highest = Vec3::Zero(); ///< box of the nodes in use [m]
     VolumeCheckOptions options;
@@ -36,23 +38,27 @@ struct VolumeReport {
     std::vector<std::string> empty_sets;    ///< "face set \"top\""
     std::vector<std::string> nameless_sets; ///< "node set 2"
 
+    /// Ranges of the quality.
     QualityReport quality;
     std::vector<ElementQuality> element_quality;
     ExternalSurface surface;
     SurfaceIntegrals integrals;
+    /// Of the external surface.
     std::int64_t surface_edges = 0, surface_borders = 0, euler_characteristic = 0;
+    /// Connected parts of the surface.
     int surface_parts = 0;
 
-    bool meets_itself() const; ///< crowded edges or pinched nodes
+    bool touches_itself() const; ///< crowded edges or pinched nodes
+    /// True if the mesh is so large that it is likely in millimetres.
     bool looks_like_millimetres() const;
 };
 
-/// Looks for everything in VolumeReport. O(n log n).
+/// Searches for everything in VolumeReport. O(n log n).
 /// @param mesh  indices within its nodes (else std::logic_error)
 VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& options = {});
 
 /// What no solver can work with: nodes that are not finite, collapsed, inverted and overlapping
-/// elements, edges and nodes where the surface meets itself, and then the nodes at one place that
+/// elements, edges and nodes where the surface touches itself, and then the nodes at one place that
 /// may be the reason. The first of each kind are named with the file's numbers and coordinates; the
 /// rest is counted.
 std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,

@@ -20,15 +20,20 @@
 
 namespace amontons {
 
+/// Elements of solids.
 enum class ElementKind : std::uint8_t { T4, T10, H8 };
+/// Number of kinds.
 constexpr int kElementKinds = 3;
 constexpr int kMostElementNodes = 20; ///< of a kind that may come (H20)
 constexpr int kMostFaceNodes = 8;
 
 /// A face of an element: local node numbers, corners first, counter-clockwise seen from outside.
 struct LocalFace {
+    /// Corners, and all nodes of the face.
     int corners = 0, count = 0;
+    /// Local numbers; the first `count` are used.
     std::array<std::int8_t, kMostFaceNodes> node{};
+    /// Those in use.
     std::span<const std::int8_t> nodes() const
     {
         return {node.data(), static_cast<std::size_t>(count)};
@@ -37,17 +42,20 @@ struct LocalFace {
 
 /// Two corners, and the node between them or -1.
 struct LocalEdge {
+    /// Local numbers of its ends, and of its middle (-1: none).
     std::int8_t begin = 0, end = 0, middle = -1;
 };
 
 /// What all elements of a kind share.
 struct ElementShape {
     const char* name = "";
+    /// Corners, and all nodes of the element.
     int corners = 0, nodes = 0;
     std::span<const LocalFace> faces;
     std::span<const LocalEdge> edges;
 };
 
+/// Faces, edges and names of a kind of element.
 const ElementShape& shape_of(ElementKind kind);
 
 /// Elements of one kind.
@@ -55,13 +63,17 @@ struct ElementBlock {
     ElementKind kind = ElementKind::T4;
     std::vector<std::int32_t> nodes; ///< shape_of(kind).nodes of each, element by element
 
+    /// Number of elements.
     std::size_t size() const;
+    /// Nodes of element i.
     std::span<const std::int32_t> element(std::size_t i) const;
 };
 
 /// A face of a mesh: element (counted through all blocks) and its local face.
 struct FaceRef {
+    /// Number of the element in the mesh.
     std::int32_t element = 0;
+    /// Number of the face in the element.
     std::int32_t face = 0;
     auto operator<=>(const FaceRef&) const = default;
 };
@@ -73,6 +85,7 @@ template <class Member> struct NamedSet {
     bool operator==(const NamedSet&) const = default;
 };
 
+/// A named set of nodes.
 using NodeSet = NamedSet<std::int32_t>;
 using ElementSet = NamedSet<std::int32_t>; ///< elements counted through all blocks
 using FaceSet = NamedSet<FaceRef>;
@@ -89,24 +102,31 @@ struct VolumeMesh {
     std::int64_t first_label = 1;
 };
 
+/// Number of elements of all blocks.
 std::size_t element_count(const VolumeMesh& mesh);
 
 /// An element by its number through all blocks.
 struct ElementView {
     ElementKind kind = ElementKind::T4;
+    /// Its nodes, corners first.
     std::span<const std::int32_t> nodes;
 };
+/// An element by its number in the mesh.
 ElementView element_of(const VolumeMesh& mesh, std::int32_t element);
 
 /// Corners and middle nodes of a face, as they lie on it seen from outside.
 struct FaceNodes {
+    /// Corners, and all nodes of the face.
     int corners = 0, count = 0;
+    /// Numbers in the mesh; the first `count` are used.
     std::array<std::int32_t, kMostFaceNodes> node{};
+    /// Those in use.
     std::span<const std::int32_t> nodes() const
     {
         return {node.data(), static_cast<std::size_t>(count)};
     }
 };
+/// Nodes of a local face of an element.
 FaceNodes face_nodes(const ElementView& element, int face);
 FaceNodes face_nodes(const VolumeMesh& mesh, FaceRef face);
 
@@ -123,6 +143,7 @@ template <class Visit> void for_each_element(const VolumeMesh& mesh, Visit visit
 
 /// "node 17", "element 3": by the number that the file gave.
 std::string node_place(const VolumeMesh& mesh, std::int32_t node);
+/// An element and its middle in words, for messages.
 std::string element_place(const VolumeMesh& mesh, std::int32_t element);
 
 /// All nodes of a set of faces, ascending.

@@ -19,13 +19,14 @@ struct WallSample {
     Vec3 normal = Vec3::Zero();  ///< unit gradient of the distance, into the free space
     Mat3 hessian = Mat3::Zero(); ///< second derivative of the distance [1/m]
     /// Length of the gradient: 1 where the distance is exact; a sampled one is less steep at
-    /// creases, and up to 1.5 beside them.
+    /// creases, and up to 1.5 beside them. (ratio)
     double slope = 1;
 };
 
 /// What a wall remembers of a query point between calls, to be fast; start with {}.
 /// It changes no result: two calls with the same x give the same bits whatever the hint.
 struct WallHint {
+    /// Where the last call found the nearest point: a guess for the next one.
     std::int32_t piece = -1;
     std::int32_t far = -1; ///< of clearance()
 };
@@ -80,7 +81,9 @@ Wall make_wall(DistanceField field);
 /// @param axis, normal  any length > 0
 /// @throws InputError  if a number is not finite, a radius not positive or a direction zero
 Wall make_ball_wall(const Vec3& centre, double radius, bool inside);
+/// A cylinder; inside: the wire is in it. Point [m], unit axis, radius [m].
 Wall make_cylinder_wall(const Vec3& point, const Vec3& axis, double radius, bool inside);
+/// A plane; the free side is that of its unit normal. Point [m].
 Wall make_plane_wall(const Vec3& point, const Vec3& normal);
 
 /// A way out of the free space: a disc across a vessel.
@@ -129,7 +132,7 @@ struct WallModel {
     }
 };
 
-/// The branch that holds x, in model.branches; -1 in the main vessel or in none. A branch goes on
+/// The branch that holds x, in model.branches; -1 in the main vessel or in none. A branch continues
 /// straight beyond its open end.
 int branch_number_at(const WallModel& model, const Vec3& x);
 /// Its name, or "".

@@ -17,6 +17,7 @@ struct ChildJob {
     std::string program = "";           ///< its path; "": this program
 };
 
+/// How a child process ended, and its output.
 struct ChildResult {
     int exit_code = -1; ///< -1 if a signal ended it
     int signal = 0;
@@ -36,7 +37,7 @@ struct ChildResult {
 void run_children(const std::vector<ChildJob>& jobs, int at_once, const std::atomic<bool>& stop,
                   const std::function<void(std::size_t, const ChildResult&)>& done);
 
-/// The last line of what a child said on stderr, without "error: ".
+/// The last line of what a child stated on stderr, without "error: ".
 std::string last_line(const std::string& errors);
 
 } // namespace amontons

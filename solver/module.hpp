@@ -4,7 +4,7 @@
 #include <vector>
 
 // Heavy packages stand behind modules, libamontons-NAME.so, that are opened only when a scene
-// asks for them. A module's functions are plain C; its header says which there are.
+// asks for them. A module's functions are plain C; its header specifies which there are.
 
 namespace amontons {
 
@@ -13,14 +13,14 @@ struct Host {
     std::string program; ///< amontons
     std::string modules; ///< folder of libamontons-NAME.so
 };
-/// Said once, by a host, before anything else is asked for: it counts for the whole process.
+/// Stated once, by a host, before anything else is asked for: it counts for the whole process.
 void set_host(Host host);
 
 /// What to start for a task in a process of its own (a picture, a window, a case): the host's
 /// amontons, else this program, which stays the same when its file is replaced.
 std::string program_path();
 
-/// Where modules are looked for, in this order: $AMONTONS_MODULES; the host's folder; beside this
+/// Where modules are searched for, in this order: $AMONTONS_MODULES; the host's folder; beside this
 /// library or program, in its ../lib/amontons and ../lib/<machine>/amontons; where amontons was
 /// configured to be installed.
 std::vector<std::string> module_folders();
@@ -35,7 +35,7 @@ std::vector<std::string> mapped_modules();
 /// register factories do not survive being closed.
 class Module {
 public:
-    /// @throws std::runtime_error  that says what is missing and what to install
+    /// @throws std::runtime_error  that states what is missing and what to install
     explicit Module(const std::string& name);
 
     /// A function of the module, by its name.

@@ -16,7 +16,7 @@ namespace {
 
 namespace fs = std::filesystem;
 
-/// A folder that is gone with it.
+/// A folder that no longer exists with it.
 class ScratchFolder {
 public:
     ScratchFolder() : path_((fs::temp_directory_path() / "amontons_solve_XXXXXX").string())

@@ -13,9 +13,10 @@ namespace amontons {
 /// `COMMAND PROBLEM SOLVED`, run by a shell, which writes into SOLVED a copy of PROBLEM with
 /// /solution. The tolerance that is asked of it is in its environment: AMONTONS_TOLERANCE.
 struct OutsideSolver {
+    /// Command line; the files follow it.
     std::string command;
     std::string folder = ".";                                     ///< it runs there
-    double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time of one problem
+    double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time of one problem [s]
 };
 
 /// Why there is no answer: what the command did, as the end of a sentence that begins with it.
@@ -24,9 +25,10 @@ public:
     using std::runtime_error::runtime_error;
 };
 
+/// Answer of another program, or why there is none.
 struct OutsideAnswer {
     FclibSolution solution;
-    double seconds = 0; ///< wall time of the command
+    double seconds = 0; ///< wall time of the command [s]
     std::string said;   ///< what it wrote to stdout and stderr
 };
 
@@ -41,7 +43,7 @@ ContactSolution judged(const ContactProblem& problem, const Eigen::VectorXd& r, 
                        ErrorScope scope = ErrorScope::all_rows);
 
 /// Has a problem solved, and judges the answer.
-/// @param warm_start  goes into the file as a guess; may be empty
+/// @param warm_start  enters the file as a guess; may be empty
 /// @throws NoOutsideAnswer, and InputError if no file can be written
 ContactSolution solve_outside(const OutsideSolver& solver, const ContactProblem& problem,
                               const SolverOptions& options, const Eigen::VectorXd& warm_start);

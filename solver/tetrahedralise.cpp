@@ -40,7 +40,7 @@ constexpr double kMostAsked = 300;  // questions for the size, a vertex (15 are 
 constexpr double kKnife = -0.64;    // cosine between the normals of its two sides
 constexpr double kFlat = 1e-6;      // dihedral angle of an element without volume [rad]
 constexpr double kLeastSlope = 0.1; // of a rounded distance: 1 where nothing is thin
-constexpr int kRounds = 5;          // of halving elements where the surface meets itself
+constexpr int kRounds = 5;          // of halving elements where the surface touches itself
 constexpr std::size_t kMostFeatures = 5; // small features that are shown
 constexpr const char* kOtherSurface =
     "a surface that can be followed; a smaller --size, --deviation or --feature-angle; or --repair "
@@ -80,7 +80,7 @@ bool repair(SurfaceMesh& surface, const TetrahedraliseOptions& o, const std::str
         found.push_back({file, "",
                          std::to_string(report.intersection_count) +
                              " pairs of triangles that pass through each other",
-                         "a surface that does not meet itself; --repair WIDTH rounds it"});
+                         "a surface that does not touch itself; --repair WIDTH rounds it"});
     if (surface.triangles.empty())
         found.push_back({file, "", "no triangles with an area", "a closed surface"});
     if (!found.empty()) throw InputError(std::move(found));
@@ -97,7 +97,7 @@ SizeField field_of(const SurfaceMesh& surface, const TetrahedraliseOptions& o,
                    const std::string& file, std::vector<std::string>& notes)
 {
     SizeField field(o.size, o.sources, o.gradation);
-    // Where it is rounded no edge is kept, and what is thinner will be gone.
+    // Where it is rounded no edge is kept, and what is thinner will be lost.
     std::vector<SmallFeature> small =
         find_small_features(surface, field, o.repair > 0 ? std::numbers::pi : o.feature_angle);
     std::erase_if(small, [&](const SmallFeature& f) { return f.extent < o.repair; });
@@ -240,7 +240,7 @@ struct Departure {
 };
 
 /// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not promise it.
-/// @param places  out: where its surface meets itself
+/// @param places  out: where its surface touches itself
 std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Departure& vertices,
                      const Departure& faces, std::vector<Vec3>& places)
 {
@@ -255,7 +255,7 @@ std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Depa
     for (const std::int32_t i : report.pinched)
         places.push_back(node(i));
     if (!places.empty())
-        return "a mesh whose surface meets itself at " + std::to_string(places.size()) +
+        return "a mesh whose surface touches itself at " + std::to_string(places.size()) +
                (places.size() == 1 ? " place" : " places") + ", one " + place_of(places[0]);
     if (edges.parts != asked.parts || edges.euler_characteristic != asked.euler)
         return "a mesh with " + std::to_string(edges.parts) + " outer surfaces of Euler number " +
@@ -361,9 +361,10 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
 {
     check_options(o);
     Tetrahedralised result;
-    const bool meets_itself = repair(surface, o, file, notes);
+    const bool touches_itself = repair(surface, o, file, notes);
     const SizeField field = field_of(surface, o, file, notes);
 
+    // ---- Prediction and limits
     result.predicted_elements = kElementsPerCube * count_by_size(surface, field);
     result.predicted_memory = kBytesAtLeast + kBytesPerElement * result.predicted_elements;
     if (o.repair > 0) result.predicted_memory += rounded_memory(surface, o.repair);
@@ -377,6 +378,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
                   number_text(kMostElements) + " elements: a larger --size" +
                   (o.repair > 0 ? " or --repair" : "")}});
 
+    // ---- Surface in the units of the module
     Eigen::AlignedBox3d box;
     for (const Vec3& x : surface.points)
         box.extend(x);
@@ -407,8 +409,10 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
                             !solid && has_knife(surface) ? 0 : 1,
                             kSliverBound,
                             solid ? &Scaled::outside : nullptr};
+
+    // ---- Tolerances of the check
     const Entries cgal = module(file);
-    // CGAL looks at one place of a facet: the rest, and vertices on edges that are not kept, may be
+    // CGAL examines one place of a facet: the rest, and vertices on edges that are not kept, may be
     // farther. Who asks for a deviation gets an error then.
     const auto allowed = [&](const Vec3& x) {
         return o.deviation > 0 ? 4 * deviation : std::max(4 * deviation, 0.25 * field.at(x));
@@ -418,10 +422,13 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     if (solid)
         for (Vec3 x : surface.points)
             if (solid->project(x)) rounded.push_back(x);
-    // CGAL can be told to refine until the surface is a manifold, but goes on without end at a
-    // knife's edge. Elements are halved where it met itself instead, a bounded number of times.
+    // CGAL can be instructed to refine until the surface is a manifold, but continues without end
+    // at a knife's edge. Elements are halved where it touched itself instead, a bounded number of
+    // times.
     std::vector<SizeSource> sources = field.sources();
     std::string fault;
+
+    // ---- Fill and check, with smaller elements where it fails
     for (int round = 0; round < kRounds; ++round) {
         const SizeField now(o.size, sources, o.gradation);
         scaled.size = &now;
@@ -446,7 +453,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         result.deviation = vertices.largest;
         result.face_deviation = faces.largest;
         std::vector<Vec3> places;
-        fault = solid ? fault_of(result, meets_itself ? topology_of(outside) : asked,
+        fault = solid ? fault_of(result, touches_itself ? topology_of(outside) : asked,
                                  departure(rounded, outside, allowed),
                                  departure(middles(outside), *solid, allowed), places)
                       : fault_of(result, asked, vertices, faces, places);
@@ -456,12 +463,14 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
             continue;
         }
         if (places.empty()) break;
-        notes.push_back("refined: the mesh's surface met itself at " +
+        notes.push_back("refined: the mesh's surface touched itself at " +
                         std::to_string(places.size()) + " places, one " + place_of(places[0]) +
                         ": elements are halved there");
         for (const Vec3& x : places)
             sources.push_back({x, 0.5 * now.at(x)});
     }
+
+    // ---- Result
     if (!fault.empty())
         throw InputError({{file, "", fault + ": features below the mesh size were lost",
                            solid ? kOtherWidth : kOtherSurface}});

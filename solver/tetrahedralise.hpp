@@ -11,6 +11,7 @@
 
 namespace amontons {
 
+/// Options of filling a surface.
 struct TetrahedraliseOptions {
     double size = 0;                 ///< longest edge wanted [m], > 0
     std::vector<SizeSource> sources; ///< where it is to be smaller
@@ -22,7 +23,7 @@ struct TetrahedraliseOptions {
     /// Elements follow features below the size down; otherwise those are an error.
     bool refine_small = false;
     bool close_holes = false; ///< otherwise holes are an error
-    /// > 0: what is left of the solid when walls, flaps and gaps thinner than this are gone and
+    /// > 0: what is left of the solid when walls, flaps and gaps thinner than this are lost and
     /// edges are rounded (RoundedSolid); the surface may pass through itself and fold back. No edge
     /// is kept then. 0: such surfaces are an error [m].
     double repair = 0;
@@ -30,16 +31,18 @@ struct TetrahedraliseOptions {
     double memory = 0;                   ///< limit [bytes]; 0: half of the machine's
 };
 
+/// Tetrahedra of a surface, and messages.
 struct Tetrahedralised {
     VolumeMesh mesh; ///< element set "volume", face sets "outer" and "face_1", "face_2", ...: the
                      ///< parts of the surface between kept edges
+    /// Predicted number of elements.
     double predicted_elements = 0;
     double predicted_memory = 0;    ///< [bytes]
     double deviation = 0;           ///< of the surface's vertices from the mesh's, the largest [m]
     double face_deviation = 0;      ///< of the middles of the mesh's faces from the surface [m]
     double least_dihedral = 0;      ///< [rad]
     std::int64_t feature_edges = 0; ///< edges of elements on kept edges
-    double seconds = 0;             ///< of the mesher
+    double seconds = 0;             ///< of the mesher [s]
 };
 
 /// Whether they are in range; lengths in any unit.
@@ -52,8 +55,8 @@ double memory_limit(const TetrahedraliseOptions& options);
 /// @param surface  repaired here
 /// @param file     for messages
 /// @param notes    gets every repair, and what was refined; also before it throws
-/// @throws InputError  options out of range; a surface that is open, meets itself or has edges of
-///                     more than two triangles (repair: may meet itself); features below the size;
+/// @throws InputError  options out of range; a surface that is open, touches itself or has edges of
+///                     more than two triangles (repair: may touch itself); features below the size;
 ///                     more memory than allowed; no module; a surface that CGAL gives up, or whose
 ///                     mesh is not what was asked for
 /// @throws std::bad_alloc

@@ -30,7 +30,7 @@ std::vector<Vec3> places_on(const RoundedSolid& solid, const SurfaceMesh& surfac
 /// between edges whose normals differ by more than `feature_angle` [rad].
 void add_face_sets(VolumeMesh& mesh, const SurfaceMesh& surface, double feature_angle);
 
-/// Says where the surface and the mesh's are farther from each other than 1.5 widths, both ways.
+/// States where the surface and the mesh's are farther from each other than 1.5 widths, both ways.
 /// @param outside  of the mesh
 /// @return         a sentence for each way that has such places; one at least
 std::vector<std::string> repair_notes(const SurfaceMesh& surface, const SurfaceMesh& outside,

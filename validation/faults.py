@@ -184,8 +184,8 @@ class Trials:
             _, started = readable(folder, self.whole[name], written, True, how != signal.SIGKILL)
             if how != signal.SIGKILL:
                 manifest = json.loads((folder / "manifest.json").read_text())
-                assert manifest["checkpoint"] == (folder / "checkpoint").exists(), "the manifest tells another checkpoint"
-                started = True  # where it says that there is none, --resume begins anew
+                assert manifest["checkpoint"] == (folder / "checkpoint").exists(), "the manifest reports another checkpoint"
+                started = True  # where it specifies that there is none, --resume begins anew
         return started
 
     def fill(self, name, folder):

@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace amontons::validation {
 namespace {
 
-/// Reads the fields of one object, and in the end says which it did not know.
+/// Reads the fields of one object, and in the end states which it did not know.
 class Fields {
 public:
     Fields(const Json& json, std::string file, std::string place, std::vector<Issue>& issues)
@@ -224,7 +224,7 @@ std::string first_paragraph(const std::string& text)
     return out;
 }
 
-/// What `amontons solve` says of a problem: its error, or whether it is infeasible as it must be.
+/// What `amontons solve` states of a problem: its error, or whether it is infeasible as it must be.
 Measured solved(const CaseMeasure& m, const std::string& what, const SceneAnswer& answer)
 {
     if (answer.json.empty()) {
@@ -365,7 +365,7 @@ FolderCase parse_folder_case(std::string_view text, const std::string& file,
         });
     if (const Json* one = f.get("scene", runs && !f.has("scenes"), "a scene beside case.json"))
         scene(*one, "", "scene");
-    // What lies in the folder of data is looked for when the case runs.
+    // What lies in the folder of data is searched for when the case runs.
     const auto is_there = [&](const std::string& name) { return !c.data.empty() || exists(name); };
     if (const Json* all = f.get("scenes", false, "")) {
         if (f.has("scene")) f.issue("scenes", "scene and scenes", "one of them");
@@ -436,7 +436,7 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
                 text.replace(at, 6, data);
         const std::string file = (fs::path(c.folder) / s.file).string();
         asked[s.name] = {file, set};
-        // What only orders look at runs with their values.
+        // What only orders examine runs with their values.
         if (std::ranges::all_of(c.measures, [&](const CaseMeasure& m) {
                 return m.scene != s.name || m.kind == CaseMeasure::Kind::order;
             }))

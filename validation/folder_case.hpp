@@ -20,7 +20,7 @@ struct CaseScene {
     std::vector<std::string> set; ///< "PATH=VALUE"
 };
 
-/// One thing that the case looks at.
+/// One thing that the case examines.
 struct CaseMeasure {
     enum class Kind { number, text, curve, order, refusal, problem, left_out } kind = Kind::number;
     std::string scene; ///< by its name
@@ -39,7 +39,7 @@ struct CaseMeasure {
     double at_least = 0;             ///< of the order; `reference` is what it is an error against
     // a curve: columns of history.csv against those of the file
     std::string file, x, y;
-    // a refusal: the run must fail and say this; a problem: its status; what is left out: why; a
+    // a refusal: the run must fail and state this; a problem: its status; what is left out: why; a
     // text: what the quantity is
     std::string says;
     // `file` of a problem: an FCLib file, solved to the tolerance

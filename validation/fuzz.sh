@@ -2,7 +2,7 @@
 # Feeds damaged files to every reader of outside data (libFuzzer, ASan, UBSan).
 #   validation/fuzz.sh [SECONDS_PER_TARGET=10] [TARGET...]
 # Exit 1 if a reader crashed, hung or took too much memory: the input that did it is then in
-# build/fuzz/crashes/, and the last line says how to run it again.
+# build/fuzz/crashes/, and the last line specifies how to run it again.
 set -euo pipefail
 cd "$(dirname "$0")/.."
 seconds=${1:-10}
@@ -39,7 +39,7 @@ mkdir -p $build/crashes
 failed=()
 for target in "${targets[@]}"; do
     { read -r program; read -r seeds; } <$build/fuzzers/"$target"
-    mkdir -p $build/corpus/"$target" # new inputs are kept here; later runs go on from them
+    mkdir -p $build/corpus/"$target" # new inputs are kept here; later runs continue from them
     if "$program" -max_total_time="$seconds" -timeout=10 \
         -rss_limit_mb=2048 -malloc_limit_mb=256 -print_final_stats=1 \
         -artifact_prefix=$build/crashes/"$target"- \

@@ -5,7 +5,7 @@
 
 The agent sees tracking, target, rotation and its last action, and gives tanh of a linear map of them. In each round
 POPULATION maps are drawn about a mean, each plays one episode, and the mean and deviation move to the best of them.
-Beside the returns it tells the largest certified force on the wall. Source: Mannor, Rubinstein, Gat 2003.
+Beside the returns it reports the largest certified force on the wall. Source: Mannor, Rubinstein, Gat 2003.
 """
 
 import argparse

@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """Random steps of the environments of amontons.gym: none may crash, see or earn what is not finite, leave the vessel,
-or end without a certificate and not say so.
+or end without a certificate and not report it.
 
     PYTHONPATH=build/release/lib/python3/site-packages python3 validation/gym_stress.py [steps [seed]]
 
@@ -21,10 +21,10 @@ ROUNDS = (("catheter_navigation", {"target": "random", "start_depth": 0.12}, 0.3
           ("basic_wire_nav", {"start_depth": 0.12}, 0.15),
           ("arch_variety", {"start_depth": 0.1, "arch_types": gym.arches.TYPES}, 0.25),
           ("dual_device_nav", {"start_depth": 0.05}, 0.10))
-OUTSIDE = 3e-3  # m beyond the wall: what the rounded edges between vessels leave of the plain tubes that it is looked for in
+OUTSIDE = 3e-3  # m beyond the wall: what the rounded edges between vessels leave of the plain tubes that it is searched for in
 
 
-BEYOND = 8e-3  # m through a branch's open end, where the wall goes on straight: a control step of push, and no farther
+BEYOND = 8e-3  # m through a branch's open end, where the wall continues straight: a control step of push, and no farther
 
 
 def tubes(lines):
@@ -89,7 +89,7 @@ def main():
                 wrong.append(where + "a failure without a reason")
         spent = time.process_time() - began
         all += count
-        print(f"{task:20s} {count} steps of {episodes} episodes, {ends} at the target, mean depth {1e3 * depth / count:.0f} mm, {failed} failed and told, "
+        print(f"{task:20s} {count} steps of {episodes} episodes, {ends} at the target, mean depth {1e3 * depth / count:.0f} mm, {failed} failed and reported, "
               f"largest error {worst:.2e}, {1e3 * far:+.2f} mm beyond the plain tubes at most, {count / spent:.0f} a second of processor time", flush=True)
     print(f"{all} steps, {len(wrong)} wrong")
     print("\n".join(wrong[:20]))

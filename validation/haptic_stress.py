@@ -10,9 +10,9 @@ second; with a busy process on each core. From the trace of all ticks, not from 
     rise    the largest rise of |sent| in a tick beyond that of |computed| [N], 0.2 at most
     over    the largest |sent| beyond the larger of |computed| and |sent before|: damping alone [N]
     grown   the largest growth in a tick of a fault [N], 0
-    told    ticks in "running" whose force is not as computed, 0
+    reported    ticks in "running" whose force is not as computed, 0
     share   of the computed force that is sent, the median over the ticks that are "limited" [-]
-    energy  what the program tells that the hand was given at most [J], 1e-5 at most
+    energy  what the program shows that the hand was given at most [J], 1e-5 at most
     own     what the hand felt itself, by its own clock [J]: not a law, as packets come late
 
 Exit 1 where a law does not hold. --free: no gap, no busy process.

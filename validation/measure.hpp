@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-// A validation case measures something whose value is known from elsewhere, and says by how much
-// it misses. It never adjusts itself: a case that fails says so with its honest numbers.
+// A validation case measures something whose value is known from elsewhere, and states by how much
+// it misses. It never adjusts itself: a case that fails reports it with its honest numbers.
 
 namespace amontons::validation {
 
@@ -27,9 +27,9 @@ struct Measured {
     std::string quantity;
     double reference = 0;
     double value = 0;
-    double error = 0;          ///< as the quantity's name says: relative unless it says otherwise
+    double error = 0; ///< as the quantity's name specifies: relative unless it specifies otherwise
     double tolerance = 0;      ///< of the error
-    std::string note;          ///< what else is worth saying, or ""
+    std::string note;          ///< what else is worth stating, or ""
     ReferenceCurve curve = {}; ///< what the number is the worst of, if there is a plot of it
     std::string left_out = ""; ///< why it does not count, "" if it does; see left_out(), missed()
 
@@ -44,16 +44,16 @@ Measured absolute(std::string quantity, double reference, double value, double t
 /// A size that is 0 at its best, such as an error or a count.
 Measured at_most(std::string quantity, double value, double tolerance);
 
-/// What the benchmark has and the case does not measure. It is told with its reason.
+/// What the benchmark has and the case does not measure. It is reported with its reason.
 Measured left_out(std::string quantity, std::string why);
-/// A row that misses the tolerance of its source: told with its error and why it does not get
+/// A row that misses the tolerance of its source: reported with its error and why it does not get
 /// there. Once it passes, it is a row like any other.
 Measured missed(Measured row, std::string why);
 
 /// Raises the worst so far to a value that is larger or no number: NaN stays, it never gets lost.
 void raise_to(double& worst, double value);
 
-/// A published or closed-form result, and how it is measured here. What it is says
+/// A published or closed-form result, and how it is measured here. What it is states
 /// validation/cases/<name>/README.md.
 struct Case {
     std::string_view name;
@@ -64,7 +64,7 @@ struct Case {
     std::string_view left_out = ""; ///< why it does not run; then there is no measure
 };
 
-/// All cases, in the order in which they are told.
+/// All cases, in the order in which they are reported.
 const std::vector<Case>& cases();
 
 /// What came of a case.

@@ -25,7 +25,7 @@ const char* verdict(const Measured& m)
     return m.left_out.empty() ? "passed" : was_measured(m) ? "missed" : "left out";
 }
 
-/// What the row says in words: its note, and why it does not count.
+/// What the row specifies in words: its note, and why it does not count.
 std::string words(const Measured& m)
 {
     return m.note + (m.note.empty() || m.left_out.empty() ? "" : "; ") + m.left_out;
@@ -260,7 +260,7 @@ std::string left_out_text(const std::vector<CaseResult>& results)
             if (!m.left_out.empty()) ++(was_measured(m) ? misses : parts);
     }
     return fmt::format("{} cases left out, {} parts of cases left out, {} rows that miss the "
-                       "tolerance of their source; each says why",
+                       "tolerance of their source; each gives the reason",
                        cases, parts, misses);
 }
 

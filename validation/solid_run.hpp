@@ -13,7 +13,7 @@
 namespace amontons::validation {
 
 /// A scene under construction; meshes that no generator has lie in a folder of its own, which
-/// goes with it.
+/// follows it.
 class SolidScene {
 public:
     explicit SolidScene(std::string title);

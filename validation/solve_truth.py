@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What amontons solve tells against what its file shows: a table over contact problems.
+"""What amontons solve reports against what its file shows: a table over contact problems.
 
     validation/solve_truth.py PROGRAM FCLIB_ERROR PROBLEM.hdf5... [--tolerance 1e-12] [--max-time 60]
 

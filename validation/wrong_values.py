@@ -1,11 +1,11 @@
 #!/usr/bin/env python3
-"""Replaces every value of every example by every one of many wrong ones, and looks at what happens.
+"""Replaces every value of every example by every one of many wrong ones, and examines what happens.
 
     validation/wrong_values.py PROGRAM [--examples DIR] [--checks 20000] [--runs 300] [--jobs N] [--seed 1] [--json FILE]
 
-`amontons check` must say 0 or 2, and with 2 the file, the place, what was found and what is allowed. Scenes that pass are candidates
+`amontons check` must specify 0 or 2, and with 2 the file, the place, what was found and what is allowed. Scenes that pass are candidates
 for `amontons run`, cut to three steps: 0, 2 or 3, or 130 when it is interrupted after --seconds. Nothing may end by a signal, nothing
-may say "a mistake in amontons", and what is refused may leave no folder behind. Of values that only differ by their place in a list,
+may specify "a mistake in amontons", and what is refused may leave no folder behind. Of values that only differ by their place in a list,
 a few are taken (--alike); where there are more cases than asked for, a seeded share of them. Exit 1 if there is a finding.
 """
 import argparse
@@ -166,7 +166,7 @@ class Attack:
         if code not in allowed:
             return f"exit code {code}: {err.strip()[-200:]}"
         if code == 2 and not all("found " in line and ", allowed: " in line for line in err.splitlines() if line.startswith("error: ")):
-            return f"does not say what is allowed: {err.strip()[-200:]}"
+            return f"does not state what is allowed: {err.strip()[-200:]}"
         return ""
 
     def file_of(self, index, case):

@@ -45,7 +45,7 @@ public:
     const std::vector<std::shared_ptr<Stepper>>& members() const { return members_; }
     std::vector<std::string>& messages() { return messages_; }
 
-    /// Each of those that are chosen goes on by so many seconds. Without the GIL.
+    /// Each of those that are chosen continues by so many seconds. Without the GIL.
     std::vector<Moved> advance(double seconds, const std::vector<char>& chosen)
     {
         std::vector<Moved> all(members_.size(), Moved::moved);
@@ -221,7 +221,7 @@ py::array advance_batch(Batch& b, double seconds, const py::object& where)
                                     reinterpret_cast<const std::int8_t*>(all.data()));
 }
 
-/// Sets all inputs that are not as they were told last: none, if one is not possible.
+/// Sets all inputs that are not as they were reported last: none, if one is not possible.
 void set_inputs(Batch& b, const BatchNumbers& now, const BatchNumbers& told,
                 const py::object& where)
 {

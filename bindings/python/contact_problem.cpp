@@ -193,7 +193,7 @@ void problem_to_file(const std::string& path, const SharedProblem& p, const py::
 /// Reactions by a function of Python: of (W, q, mu), and of the kinds where joints are among them.
 OutsideFunction solver_of(const py::function& function)
 {
-    // Let go with the GIL, on whatever thread the last simulation ends.
+    // Released with the GIL, on whatever thread the last simulation ends.
     const std::shared_ptr<py::function> held(new py::function(function), [](py::function* f) {
         const py::gil_scoped_acquire gil;
         delete f;

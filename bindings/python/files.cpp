@@ -87,7 +87,7 @@ public:
         if (record)
             recorder_.emplace(s.simulation(), s.scene()->scene, folder + "/record", options.resume);
     }
-    /// @return  false where nothing more can be written: finish() says why
+    /// @return  false where nothing more can be written: finish() gives the reason
     bool write(const StepRecord& record)
     {
         writer_->on_step(record);

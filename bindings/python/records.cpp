@@ -1,6 +1,6 @@
 #include "bindings/python/records.hpp"
 
-// What one step told, as read-only views.
+// What one step reported, as read-only views.
 
 namespace amontons::python {
 namespace {

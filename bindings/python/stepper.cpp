@@ -37,7 +37,7 @@ Stepper::Use::Use(Stepper& owner, Purpose purpose) : owner_(owner)
     throw_runtime(wrong);
 }
 
-void Stepper::look_for_signals()
+void Stepper::check_signals()
 {
     const double now = seconds_now();
     if (now - looked_ < kLook) return;

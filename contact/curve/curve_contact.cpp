@@ -18,7 +18,7 @@ constexpr double kBulge = 1e-6;  // of the radius: what a surface does between t
 constexpr double kSharper = 2;   // ... whose curvature is so many times the curve's
 constexpr double kBeyond = 1e-9; // of a piece: a place at its end is on it
 constexpr double kAcross = 0.3;  // sideways way between stations, of the radii: less is no crossing
-constexpr double kMetStays = 0.2; // ... of one that was met
+constexpr double kMetStays = 0.2; // ... of one that was found
 constexpr double kAlong = 0.6;    // ... and more no line
 constexpr double kOffset = 0.382; // where a number changes: not at nodes, nor half-way
 
@@ -59,7 +59,7 @@ BoundingBox curve_piece_box(const CurvePiece& p, double more)
 
 /// Places of two pieces whose distance is stationary and least nearby: downhill by Newton's method
 /// from where their chords are nearest, on the pieces and a little beyond. (Undamped steps leave
-/// pieces that have such places: a crossing is there in one iterate and gone in the next.)
+/// pieces that have such places: a crossing is there in one iterate and entered the next.)
 std::optional<std::array<double, 2>> feet(const CurvePiece& p, const CurvePiece& q)
 {
     constexpr double kLow = -0.2, kHigh = 1.2; // how far beyond
@@ -167,7 +167,7 @@ struct Pair {
         if (p.t > 0 || (first && !a.closed)) return spacing[e];
         return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
-    /// A crossing says it already: two rows at one place would share a force, and pass it to and
+    /// A crossing states it already: two rows at one place would share a force, and pass it to and
     /// fro as the crossing moves.
     bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
@@ -330,6 +330,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out)
 {
+    // ---- Distance and contact at a place
     struct Found {
         WallSample wall;
         double gap;
@@ -353,12 +354,15 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         c.slides_a = slides;
         out.push_back(c);
     };
+
+    // ---- Stations
     std::vector<Found> at;
     for (const CurvePlace& p : stations)
         at.push_back(look(p));
     for (std::size_t i = 0; i < stations.size(); ++i)
         if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
 
+    // ---- Places of least distance between stations
     // Between two stations: where the distance stops falling and begins to grow.
     const std::size_t between = a.closed ? stations.size() : stations.size() - 1; // of one: none
     for (std::size_t i = 0; i < between; ++i) {
@@ -403,7 +407,8 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         const Vec3 along = piece.slope(best->t);
         const double wall = along.dot(best_found.wall.hessian * along),
                      own = std::abs(best_found.wall.normal.dot(piece.bend(best->t)));
-        // A contact that was met stays where it is closed as its neighbours are, but for rounding.
+        // A contact that was found stays where it is closed as its neighbours are, but for
+        // rounding.
         if (wall > (met ? 1 : kSharper) * own &&
             best_found.gap < std::min(f0.gap, f1.gap) + (met ? 1 : -1) * kBulge * piece.radius)
             add(*best, best_found, id, true);

@@ -19,9 +19,12 @@ namespace amontons {
 /// A cubic piece of a middle line by its ends and its slopes there (by t from 0 to 1), with the
 /// radius of its round surface [m].
 struct CurvePiece {
+    /// Ends [m], and derivatives by t there [m].
     Vec3 x0, x1, d0, d1;
+    /// Of the round surface [m].
     double radius = 0;
 
+    /// The place at t of 0 to 1 [m].
     Vec3 at(double t) const;
     Vec3 slope(double t) const; ///< derivative by t
     Vec3 bend(double t) const;  ///< second derivative by t
@@ -36,8 +39,9 @@ struct Curve {
 
 /// A place on a curve.
 struct CurvePlace {
+    /// Number of the piece in its curve.
     int piece = 0;
-    double t = 0; ///< 0 to 1
+    double t = 0; ///< 0 to 1: parameter
 };
 
 /// Length of the curve up to a place [m].
@@ -53,6 +57,7 @@ std::optional<double> foot(const CurvePiece& piece, const Vec3& x);
 
 /// A contact of a curve with another one, or with a surface (b.piece -1).
 struct CurveContact {
+    /// The places on the two curves; b is unused against a surface.
     CurvePlace a, b;
     Vec3 point = Vec3::Zero();  ///< between the two surfaces [m]
     Vec3 normal = Vec3::Zero(); ///< unit, from b into a
@@ -71,14 +76,14 @@ std::vector<CurvePlace> stations(const Curve& curve, double spacing);
 /// Appends contacts of a curve with a surface of gap <= reach: at its stations, and between them
 /// where the surface bulges into the curve and is curved more than twice as much (edges, small
 /// balls), or more than the curve if the contact is `known`. Of smooth walls stations are enough.
-/// @param known  ids that were met before, ascending
+/// @param known  ids that were found before, ascending
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out);
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
 /// touches itself where its arc between is longer than three radii.
-/// @param known  ids that were met before, ascending
+/// @param known  ids that were found before, ascending
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
                  std::span<const std::int64_t> known, std::vector<CurveContact>& out);
 
@@ -89,7 +94,7 @@ std::vector<std::int64_t> neighbours(std::int64_t id);
 /// Whether a contact of that id is of two curves that cross, and follows them.
 bool is_crossing(std::int64_t id);
 
-/// True if two curves (or one and itself: &a == &b) go through each other between `before` and
+/// True if two curves (or one and itself: &a == &b) pass through each other between `before` and
 /// `now`, all places moving in straight lines: their middle lines come nearer than half the sum of
 /// the radii. Exact for chords of the pieces, within an eighth of the radii.
 bool pass_through(const Curve& a_before, const Curve& a, const Curve& b_before, const Curve& b);

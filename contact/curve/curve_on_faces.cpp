@@ -18,7 +18,7 @@ namespace {
 constexpr double kFine = 0.7;   // of the radius: between two rows of nodes it sinks by 1/16 of it
 constexpr double kLonger = 1.2; // than a face: a way between stations that is not halved
 constexpr int kMostParts = 1 << 10; // of a piece
-constexpr double kFineStays = 1.2;  // a node that was met is fine that much longer
+constexpr double kFineStays = 1.2;  // a node that was found is fine that much longer
 // Kinds of contact within a pair: stations by their number, crossings as those of two curves.
 constexpr std::int64_t kChains = std::int64_t(1) << 48; // number of an edge's curve in a crossing's
 constexpr std::int64_t kNodes = std::int64_t(4) << 60, kCorners = kNodes + (std::int64_t(1) << 40),

@@ -43,12 +43,12 @@ std::vector<FaceStation> face_stations(std::span<const CurvePlace> places);
 /// Appends contacts of gap <= reach.
 /// @param stations  one: nothing but that place, an end of the curve, touches
 /// @param at_rest   of all nodes of b's mesh: where its edges are sharp or not [m]
-/// @param known     ids that were met before, ascending
+/// @param known     ids that were found before, ascending
 void touch_faces(const Curve& a, std::span<const FaceStation> stations, const SharpSurface& b,
                  std::span<const Vec3> at_rest, double reach, std::span<const std::int64_t> known,
                  std::vector<CurveOnFaces>& out);
 
-/// True if the curve's middle line goes through a face, or nearer than half the radius to a sharp
+/// True if the curve's middle line passes through a face, or nearer than half the radius to a sharp
 /// edge, between `before` and `now`, all places moving in straight lines.
 /// @param places_before  of b's nodes [m]
 bool pass_through_faces(const Curve& before, const Curve& now, std::span<const Vec3> places_before,

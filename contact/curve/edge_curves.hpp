@@ -21,6 +21,7 @@ struct EdgeCurve {
     std::int32_t end_at(const CurvePlace& place) const;
 };
 
+/// The smooth curves through the sharp edges of a surface, one for each chain of edges.
 std::vector<EdgeCurve> edge_curves(const SharpSurface& surface);
 
 } // namespace amontons

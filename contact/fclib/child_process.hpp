@@ -8,7 +8,7 @@ namespace amontons::fclib_module {
 /// Does some work in a forked process, and returns the bytes that it returned there.
 ///
 /// The child inherits nothing of the work back but the bytes: what the work damages, allocates or
-/// leaves open is gone with it.
+/// leaves open is lost with it.
 /// @param work    may throw std::exception, whose message comes back as one of ours
 /// @param memory  address space that the child may add [bytes]
 /// @param time    processor time that the child may take [s]

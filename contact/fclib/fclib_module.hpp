@@ -11,7 +11,7 @@
 // loop (docs/decisions/0006). Each call therefore does its work in a child process with limited
 // memory and time; what happens there ends in a message.
 //
-// Every function returns 0 when it did what it says. Otherwise it returns 1, the outputs are
+// Every function returns 0 when it did what it specifies. Otherwise it returns 1, the outputs are
 // null, and `message` holds what is wrong (cut to message_size, ends with '\0'). No exception
 // leaves the module.
 
@@ -30,7 +30,7 @@ int amontons_fclib_read(const char* file, long file_size, const char* groups, do
                         double time, char** arrays, long* arrays_size, char* message,
                         int message_size);
 
-/// The bytes of an HDF5 file that holds these arrays, groups made as their names say.
+/// The bytes of an HDF5 file that holds these arrays, groups made as their names specify.
 /// @param base  a file's bytes that the new one starts as (base_size 0: an empty one). A group in
 ///              its root that one of the arrays is in is replaced, all else stays
 /// @param file  the new file's bytes; to be given back to amontons_fclib_free

@@ -50,7 +50,7 @@ extern "C" herr_t keep_first(unsigned n, const H5E_error2_t* error, void* text)
     return 0;
 }
 
-/// What HDF5 has to say about the last call that failed, where it began.
+/// What HDF5 has to report about the last call that failed, where it began.
 std::string last_error()
 {
     std::string text;

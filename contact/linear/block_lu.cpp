@@ -13,7 +13,7 @@
 //
 // Every descendant d with rows in S first gives A(R_d, S) -= (L D^-1)_d(R_d) U_d(:, S) and the
 // same transposed for U_S^T: a product of two thin panels, A B^T, scattered by block rows. Small
-// products go through kernels whose tile of results stays in vector registers, large ones through
+// products pass through kernels whose tile of results stays in vector registers, large ones through
 // Eigen's, which packs. Which columns are joined: block_lu_analysis.cpp.
 
 namespace amontons {
@@ -75,7 +75,7 @@ inline void subtract_block(const double* a, std::ptrdiff_t a_stride, const doubl
     }
 }
 
-/// Block rows i of product go from block rows at[i] of target: three columns.
+/// Block rows i of product run from block rows at[i] of target: three columns.
 inline void subtract_blocks(int blocks, const double* product, std::ptrdiff_t product_stride,
                             const int* at, double* target, std::ptrdiff_t stride)
 {

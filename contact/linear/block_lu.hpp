@@ -11,7 +11,7 @@ namespace amontons {
 /// A = L U for a matrix of 3 x 3 blocks, without exchanging blocks.
 ///
 /// For W + D with W semidefinite and D's blocks of positive definite symmetric part: every pivot
-/// is then regular. Other matrices may fail, or lose digits: look at the residual.
+/// is then regular. Other matrices may fail, or lose digits: examine the residual.
 /// The pattern is analysed once: minimum degree, then columns of equal or nearly equal pattern are
 /// joined to supernodes, which are dense panels; rows are exchanged only inside the diagonal block
 /// of one. A new factor with the same pattern allocates nothing of its own.
@@ -21,7 +21,9 @@ public:
     /// Where a block of the matrix lies: entry (a, c) is value[offset + a row_step + c
     /// column_step].
     struct Place {
+        /// Of the block's first number in the array of values.
         std::size_t offset = 0;
+        /// Distance of neighbouring rows and columns in that array.
         int row_step = 0, column_step = 0;
     };
 

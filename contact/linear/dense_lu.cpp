@@ -103,7 +103,7 @@ void DenseLu::open(int rows)
 {
     rows_ = rows;
     stride_ = (rows + kLanes - 1) / kLanes * kLanes;
-    // An odd number of vectors: columns of a power of two would meet in the same lines of the
+    // An odd number of vectors: columns of a power of two would touch in the same lines of the
     // cache.
     if (stride_ / kLanes % 2 == 0) stride_ += kLanes;
     const auto size = static_cast<std::size_t>(stride_ * rows);

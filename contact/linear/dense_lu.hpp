@@ -9,7 +9,7 @@ namespace amontons {
 /// A = L U of a dense matrix by blocks of columns; rows are exchanged only inside a diagonal block.
 ///
 /// For W + D with W semidefinite and D's blocks of positive definite symmetric part: every pivot is
-/// then regular. Other matrices may fail, or lose digits: look at the residual. Without a search
+/// then regular. Other matrices may fail, or lose digits: examine the residual. Without a search
 /// of pivots over whole columns nearly all of it is products of panels, which stay in registers.
 /// A new factor of no more rows allocates nothing.
 class DenseLu {

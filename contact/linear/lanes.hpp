@@ -7,8 +7,10 @@
 namespace amontons {
 
 #ifdef __AVX512F__
+/// Doubles in one register.
 constexpr int kLanes = 8;
 #else
+/// Doubles in one register.
 constexpr int kLanes = 4;
 #endif
 using Lanes = Eigen::Array<double, kLanes, 1>;

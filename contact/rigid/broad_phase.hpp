@@ -16,6 +16,7 @@ AxisBox swept_box(const RigidShape& shape, const Pose& from, const Pose& to, dou
 
 /// Two boxes that overlap or touch, by number, the smaller first.
 struct BoxPair {
+    /// Numbers of the two boxes, a < b.
     std::int32_t a = 0, b = 0;
     auto operator<=>(const BoxPair&) const = default;
 };

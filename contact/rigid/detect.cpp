@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-// A contact of two touching corners (Feature::corner) stands for all that faces say of these
+// A contact of two touching corners (Feature::corner) stands for all that faces state of these
 // places.
 void drop_repeated(RigidContacts& out, std::size_t begin, double size)
 {

@@ -21,9 +21,9 @@ struct RigidContact {
 ///
 /// Exact for all pairs of shapes. Faces that touch give the corners of their overlap
 /// (corners of one on the other and crossings of the outlines), an edge on a face its two ends,
-/// parallel edges the ends of their overlap. Of faces that lean towards each other by up to 30
-/// degrees, all corners within reach are given, not only the nearest. Two contacts never have the
-/// same points (within 1e-9 of the smaller body) and the same normal.
+/// parallel edges the ends of their overlap. Of faces that are inclined towards each other by up to
+/// 30 degrees, all corners within reach are given, not only the nearest. Two contacts never have
+/// the same points (within 1e-9 of the smaller body) and the same normal.
 ///
 /// Overlap: convex bodies (with up to 20 000 pairs of edges) are pushed along the direction of
 /// least penetration, however deep. Of others, each corner is pushed to the nearest face that it

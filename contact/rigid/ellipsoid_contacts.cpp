@@ -175,6 +175,8 @@ void touch_ellipsoid_polyhedron(const PairFrame& pair, const Ellipsoid& own,
         for (std::size_t f = 0; f < b.normals.size(); ++f)
             if (b.normals[f].dot(a.lowest(b.normals[f])) - b.offsets[f] > pair.reach) return;
     std::vector<Facing> all;
+
+    // ---- Faces, edges, vertices
     for (std::size_t f = 0; f < b.normals.size(); ++f) {
         const Vec3 &n = b.normals[f], x = a.lowest(n);
         const double h = n.dot(x) - b.offsets[f];
@@ -188,7 +190,7 @@ void touch_ellipsoid_polyhedron(const PairFrame& pair, const Ellipsoid& own,
         const double s = std::clamp(edge.along.dot(a.centre - from), 0.0, edge.length);
         if (!ends.convex || (from + s * edge.along - a.centre).norm() > far) continue;
         const double t = nearest_on_line(a, from, edge.along, 0, edge.length);
-        if (t <= 0 || t >= edge.length) continue; // its corners are looked at below
+        if (t <= 0 || t >= edge.length) continue; // its corners are examined below
         const Vec3 x = from + t * edge.along;
         RigidContact c = facing_contact(x, a.nearest(x), 0, Feature::edge, i);
         // Deep inside, the distance has a crease, where no normal is across the edge.
@@ -203,6 +205,8 @@ void touch_ellipsoid_polyhedron(const PairFrame& pair, const Ellipsoid& own,
             facing_contact(b.vertices[v], a.nearest(b.vertices[v]), 0, Feature::vertex, v);
         all.push_back({c, rises(b, number(v), -c.normal, kStrict)});
     }
+
+    // ---- Bodies that are not convex
     if (!convex) {
         const std::size_t begin = out.size();
         for (const Facing& f : all) {
@@ -428,7 +432,7 @@ void touch(const PairFrame& pair, const Ellipsoid& own_a, const Ellipsoid& own_b
                 const Vec3 next = (n + tangent * change).normalized();
                 const Vec3 way_there = apart(next);
                 const double there = next.dot(way_there);
-                // At round-off of the distance the slope still tells.
+                // At round-off of the distance the slope still reports.
                 const double slack = 1e-14 * pair.size;
                 if (!(there > value + slack) &&
                     !(there > value - slack &&

@@ -11,6 +11,7 @@ namespace amontons {
 /// Where a shape's surface is deepest in something.
 struct ShapeOverlap {
     double depth = 0; ///< [m]; 0: nowhere inside
+    /// Where it is deepest [m].
     Vec3 place = Vec3::Zero();
 };
 

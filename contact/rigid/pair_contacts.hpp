@@ -7,9 +7,10 @@
 
 namespace amontons {
 
-/// What a contact's id says of one side: kind and number.
+/// What a contact's id states of one side: kind and number.
 enum class Feature : std::uint32_t { whole, vertex, edge, face, rim, spread, corner };
 
+/// The identity of a contact by its features on both bodies: constant while they are the same.
 constexpr std::uint64_t contact_id(Feature kind_a, std::size_t a, Feature kind_b, std::size_t b)
 {
     const auto side = [](Feature kind, std::size_t i) {
@@ -20,26 +21,30 @@ constexpr std::uint64_t contact_id(Feature kind_a, std::size_t a, Feature kind_b
 
 /// A pair in the frame of b: x = turn * (x in the frame of a) + shift.
 struct PairFrame {
+    /// Rotation of b in the frame of a.
     Mat3 turn = Mat3::Identity();
     Vec3 shift = Vec3::Zero(); ///< [m]
     double reach = 0;          ///< [m]
     double size = 0;           ///< of the smaller body: its bounding radius [m]
 };
 
-/// Places nearer than this part of the size are the same.
+/// Places nearer than this part of the size are the same. Ratio.
 constexpr double kSamePlace = 1e-9;
 /// Corners and edges nearer than this part of the size have no direction of their own: normals
-/// come from the faces around them.
+/// come from the faces around them. Ratio.
 constexpr double kTouching = 1e-6;
-/// Faces that lean by less are opposed: all their corners count. cos and sin of 30 degrees.
+/// Faces that are inclined by less are opposed: all their corners count. cos and sin of 30 degrees.
 constexpr double kOpposed = 0.86602540378443865, kLean = 0.5;
 /// Behind a normal, with round-off (cosine); edges that are more parallel do not cross (sine).
 constexpr double kStrict = 1e-9, kParallel = 1e-6;
-/// A face with `spread` that leans by less (sine) touches with its area.
+/// A face with `spread` that is inclined by less (sine) touches with its area.
 constexpr double kFlatOn = 1e-3;
 
+/// Contacts of one pair, in the order of their identities.
 using RigidContacts = std::vector<RigidContact>;
 
+/// Appends the contacts of a pair of shapes within the reach of `pair`; places in the frame of a
+/// [m]
 void touch(const PairFrame& pair, const Ball& a, const Ball& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Ball& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Ball& a, const Cylinder& b, RigidContacts& out);
@@ -74,11 +79,13 @@ void drop_repeated(RigidContacts& out, std::size_t begin, double size);
 
 /// The place on a solid's surface nearest to x.
 struct NearestPlace {
+    /// The nearest point of the shape's surface [m].
     Vec3 point = Vec3::Zero();
     Vec3 normal = Vec3::UnitZ(); ///< unit, outwards; from the point to x where x is outside
     double distance = 0;         ///< < 0 inside [m]
     std::uint32_t feature = 0;   ///< kind and number, as in an id
 };
+/// The nearest place of the surface of a shape to x, in the frame of the shape [m].
 NearestPlace nearest_on(const Box& box, const Vec3& x);
 NearestPlace nearest_on(const Cylinder& cylinder, const Vec3& x);
 NearestPlace nearest_on(const TriangleShape& body, const Vec3& x);

@@ -120,7 +120,7 @@ std::int32_t whole(const std::vector<Outline>& edges, std::int32_t e)
     return e;
 }
 
-// Joins edges of the same two faces that go on straight through a vertex of no other edge.
+// Joins edges of the same two faces that continue straight through a vertex of no other edge.
 void join_straight(const SurfaceMesh& mesh, double flat, std::vector<Outline>& edges)
 {
     std::vector<std::vector<std::int32_t>> touching(mesh.points.size());

@@ -15,6 +15,7 @@ namespace amontons {
 /// Which corners, edges and faces belong together. Lists of lists are flat: those of i are
 /// entries begin[i] to begin[i + 1].
 struct PolyhedronTopology {
+    /// An edge by its two vertices.
     struct Edge {
         std::array<std::int32_t, 2> vertex; ///< along runs from the first to the second
         std::array<std::int32_t, 2> face;   ///< the first has the edge counter-clockwise
@@ -47,13 +48,19 @@ struct PolyhedronView {
 
 /// The polyhedron of a closed triangle surface.
 struct Polyhedron {
+    /// Of the body [m], and outward unit normals of the faces.
     std::vector<Vec3> vertices, normals;
+    /// n . x of each face [m].
     std::vector<double> offsets;
     std::vector<PolyhedronEdge> edges;
+    /// Of the surface, as corners [m].
     std::vector<std::array<Vec3, 3>> triangles;
 
+    /// The vertices of each edge.
     std::vector<PolyhedronTopology::Edge> edge_ends;
+    /// Where the lists of each vertex, face and triangle begin in the arrays beside them.
     std::vector<std::int32_t> vertex_begin, vertex_edges, face_begin, face_edges, triangle_begin;
+    /// 1 where all edges of a face are convex.
     std::vector<char> face_convex;
 
     // From triangles of the mesh: what a search in its tree finds.
@@ -63,14 +70,17 @@ struct Polyhedron {
     std::vector<std::array<std::int32_t, 3>> neighbours; ///< triangle across each side
     std::vector<Vec3> triangle_normals, point_normals;   ///< unit; weighted by angle
 
+    /// True if the whole body is convex.
     bool convex = false;
     double size = 0; ///< diagonal of the bounding box [m]
 
+    /// Views of the lists above.
     PolyhedronTopology topology() const;
+    /// A view of the body; it must not outlive it or `topology`.
     PolyhedronView view(const PolyhedronTopology& topology) const;
 };
 
-/// Triangles that lie in one plane within this part of the size are one face.
+/// Triangles that lie in one plane within this part of the size are one face. Ratio.
 constexpr double kFlat = 1e-7;
 
 /// Merges triangles to faces and finds corners and edges. O(n log n).
@@ -89,11 +99,16 @@ inline Vec3 signed_axis(int k, bool forward)
 /// + 4 (z > 0). Nothing is allocated.
 struct BoxPolyhedron {
     explicit BoxPolyhedron(const Vec3& half_extents);
+    /// A view of the box; it must not outlive it.
     PolyhedronView view() const;
 
+    /// The corners [m].
     std::array<Vec3, 8> vertices;
+    /// Outward unit normals of the six faces.
     std::array<Vec3, 6> normals;
+    /// n . x of each face [m].
     std::array<double, 6> offsets;
+    /// The twelve edges.
     std::array<PolyhedronEdge, 12> edges;
 };
 

@@ -33,7 +33,7 @@ Separation polyhedron_separation(const PolyhedronPair& pair)
             for (const Vec3& v : x.vertices)
                 low = std::min(low, y.normals[f].dot(v));
             const double distance = low - y.offsets[f];
-            // A tie goes to the first, so that round-off does not choose.
+            // A tie is passed to the first, so that round-off does not choose.
             if (distance <= best.distance + kSamePlace * pair.size) continue;
             best = {distance, on_b ? y.normals[f] : Vec3{-y.normals[f]}, -1, -1, -1, -1};
             (on_b ? best.face_b : best.face_a) = number(f);
@@ -149,7 +149,7 @@ void touch_convex(PolyhedronPair& pair)
                         add_vertex_face(pair, on_a, number(v), number(f), *h);
         }
     };
-    // Corners on edges come first: they stand for what faces say of the same place.
+    // Corners on edges come first: they stand for what faces state of the same place.
     if (best.distance > -slack) {
         vertex_edges(a, near_a, b, near_b, true);
         vertex_edges(b, near_b, a, near_a, false);
@@ -235,7 +235,7 @@ AxisBox view_box(const PolyhedronView& view)
     return box;
 }
 
-bool meet_in_hollow(const PolyhedronView& body, std::int32_t f, std::int32_t g)
+bool touch_in_hollow(const PolyhedronView& body, std::int32_t f, std::int32_t g)
 {
     const PolyhedronTopology& topology = *body.topology;
     for (std::int32_t i = topology.face_begin[at(f)]; i < topology.face_begin[at(f) + 1]; ++i) {
@@ -270,7 +270,7 @@ void vertex_on_faces(const PolyhedronPair& pair, bool on_a, std::int32_t v, Near
     }
     std::sort(below.begin(), below.end());
     for (std::size_t i = 0; i < below.size(); ++i)
-        if (i == 0 || meet_in_hollow(y.view, below[0].second, below[i].second))
+        if (i == 0 || touch_in_hollow(y.view, below[0].second, below[i].second))
             add_vertex_face(pair, on_a, v, below[i].second, -below[i].first);
 }
 

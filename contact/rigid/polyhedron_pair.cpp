@@ -16,8 +16,8 @@
 //   vertex, vertex   the same, both only where the body at the vertex lies behind it: a corner
 //                    that hangs over the rim of a table must not block its sliding back on.
 // Edges around opposed faces (kOpposed) cross too where the outlines overlap, although there one
-// body rises a little over the plane through the crossing: without them a face that leans by a hair
-// would rest on one point.
+// body rises a little over the plane through the crossing: without them a face that is inclined by
+// a hair would rest on one point.
 
 namespace amontons {
 
@@ -302,7 +302,8 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
     if (w.dot(line.into[0]) > slack || w.dot(line.into[1]) > slack) return;
     const Vec3 n = w / distance;
     if (!pair.agrees(on_a ? n : Vec3{-n})) return;
-    // Edges of the vertex that run along this edge may lean either way: they will touch both ends.
+    // Edges of the vertex that run along this edge may incline either way: they will touch both
+    // ends.
     if (!rises(x.view, vertex, n, kStrict, line.along)) return;
     add_contact_of_pair(pair, on_a, place, place - w, n, distance,
                         contact_id(Feature::vertex, at(vertex), Feature::edge, at(edge)),

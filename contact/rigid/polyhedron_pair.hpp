@@ -18,7 +18,9 @@ public:
         if (size > Few) many_.resize(size);
     }
     T& operator[](std::size_t i) { return data()[i]; }
+    /// The numbers, for writing.
     T* data() { return size_ > Few ? many_.data() : few_.data(); }
+    /// The numbers.
     std::span<T> all() { return {data(), size_}; }
 
 private:
@@ -33,6 +35,7 @@ public:
     TurnedPolyhedron(const PolyhedronView& own, const Mat3& turn, const Vec3& shift);
     TurnedPolyhedron(const TurnedPolyhedron&) = delete;
     TurnedPolyhedron& operator=(const TurnedPolyhedron&) = delete;
+    /// A view of the turned body; it must not outlive it.
     PolyhedronView view();
 
 private:
@@ -48,13 +51,16 @@ struct PolyhedronSide {
     const TriangleShape* mesh = nullptr; ///< nullptr: a box
     const Box* box = nullptr;
     Mat3 turn = Mat3::Identity(); ///< own frame -> frame of b
+    /// Of the body in the frame of the pair [m].
     Vec3 shift = Vec3::Zero();
 
+    /// A place of the pair's frame in that of the body [m].
     Vec3 own(const Vec3& x) const { return turn.transpose() * (x - shift); }
 };
 
 /// Two polyhedra and what all their features' contacts share.
 struct PolyhedronPair {
+    /// The two bodies.
     PolyhedronSide a, b;
     double reach = 0, size = 0; ///< [m]
     RigidContacts* out = nullptr;
@@ -65,6 +71,7 @@ struct PolyhedronPair {
     /// Contacts that would push otherwise are none.
     std::optional<Vec3> away{};
 
+    /// True if both bodies are on their own sides of a plane with this normal.
     bool agrees(const Vec3& normal) const { return !away || normal.dot(*away) > 0.5; }
 };
 
@@ -85,6 +92,7 @@ bool on_face(const PolyhedronSide& side, std::int32_t face, const Vec3& x, doubl
 /// @returns nothing above reach
 std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
                                        std::int32_t face, double beyond = 0);
+/// Adds a contact of a vertex with a face of the other body, if it is within reach and valid.
 void add_vertex_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex, std::int32_t face,
                      double height);
 

@@ -94,7 +94,7 @@ NearestPlace nearest_on(const TriangleShape& body, const Vec3& x)
     const std::size_t part = static_cast<std::size_t>(found.at.feature);
     NearestPlace near;
     near.point = found.at.point;
-    // The normal that tells inside from outside.
+    // The normal that distinguishes inside from outside.
     Vec3 outwards = p.triangle_normals[t];
     near.feature = feature(Feature::face, at(p.face_of[t]));
     if (part >= 4) {

@@ -9,7 +9,7 @@
 #include <string>
 #include <variant>
 
-// What a rigid body may look like. Every shape has a frame of its own, put into space by a Pose.
+// What a rigid body may resemble. Every shape has a frame of its own, put into space by a Pose.
 
 namespace amontons {
 
@@ -58,6 +58,7 @@ struct TriangleShape {
     Polyhedron polyhedron;
 };
 
+/// All shapes of rigid bodies.
 using RigidShape = std::variant<Box, Ball, Cylinder, Plane, TriangleShape, Ellipsoid, Capsule>;
 
 /// Where a body's frame is: x in space = place + turn * x in the frame.

@@ -8,8 +8,11 @@
 
 namespace amontons {
 
+/// A cylinder in the frame of a pair.
 struct TurnedCylinder {
+    /// Of the cylinder [m].
     double radius, half_length;
+    /// Centre [m], unit axis, and two unit directions across it.
     Vec3 centre, axis, x_axis, y_axis;
 
     TurnedCylinder(const Cylinder& own, const Mat3& turn, const Vec3& shift)
@@ -22,7 +25,9 @@ struct TurnedCylinder {
     {
     }
 
+    /// Signed distance of an end along the axis [m]: -half_length or half_length.
     double side(std::size_t end) const { return end == 0 ? -1 : 1; }
+    /// Centre of an end [m].
     Vec3 end_centre(std::size_t end) const { return centre + side(end) * half_length * axis; }
     /// Along the axis, from the centre [m].
     double along(const Vec3& x) const { return axis.dot(x - centre); }
@@ -34,6 +39,7 @@ struct TurnedCylinder {
         const double c = n.dot(axis); // not 1 - c^2: it loses half the digits near the axis
         return n.dot(centre) + half_length * std::abs(c) + radius * (n - c * axis).norm();
     }
+    /// The least n . x of its points [m].
     double lowest(const Vec3& n) const { return -highest(-n); }
 };
 

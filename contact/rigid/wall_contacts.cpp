@@ -33,8 +33,8 @@ struct WallPair {
     }
 };
 
-// The minimum of the distance on a line or plane, from x: each step goes to the foot of the centre
-// of curvature of the wall's parallel surface, exact in one step for a round wall.
+// The minimum of the distance on a line or plane, from x: each step moves to the foot of the
+// centre of curvature of the wall's parallel surface, exact in one step for a round wall.
 // @param flat  projector on the directions along the line or plane
 // @returns nothing if the wall does not bulge, or the way leaves the ball of this radius
 std::optional<Vec3> nearest_along(const WallPair& pair, const Mat3& flat, const Vec3& start,
@@ -127,7 +127,7 @@ void touch_wall_polyhedron(const WallPair& pair, const PolyhedronView& body)
     }
 }
 
-// The point of a rim that is nearest to the wall: each step goes towards the centre of curvature
+// The point of a rim that is nearest to the wall: each step moves towards the centre of curvature
 // that the wall's parallel surface shows along the rim, exact in one step for a round wall; away
 // from it where the wall is hollow.
 // @returns nothing where the end lies flat
@@ -240,7 +240,7 @@ void touch_wall_ellipsoid(const WallPair& pair, const Ellipsoid& a)
             for (int halved = 0; halved < 30; ++halved, change /= 2) {
                 const Vec3 next = (m + tangent * change).normalized();
                 const WallSample there = pair.wall(place(next));
-                // At round-off of the distance the normal still tells.
+                // At round-off of the distance the normal still reports.
                 const double slack = 1e-14 * pair.size;
                 const Vec3 beside = there.normal - there.normal.dot(next) * next;
                 if (!(there.distance < s.distance - slack) &&

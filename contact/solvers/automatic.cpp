@@ -12,7 +12,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kSweepBatch = 10;   ///< sweeps between two looks at their rate
+constexpr int kSweepBatch = 10;   ///< sweeps between two examines their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 /// The same in a network of bodies. Its sweeps slow down: a digit takes twice as many as the last.
 constexpr int kNetworkBatch = 5;
@@ -23,10 +23,10 @@ constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
 /// The same by full steps, as a primal-dual active set: what most often leads to the end where few
 /// contacts change what they do, and else costs little beside the ways that are left.
 constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
-/// In a network of rigid bodies whose reactions W does not tell apart: widely rounded, since the
-/// reactions that say nothing must leave the corners where sweeps have left them, and with every
-/// single contact near the path before it goes on: the mean of ten thousand says nothing of the few
-/// that jam the next step. Those are solved apart.
+/// In a network of rigid bodies whose reactions W does not distinguish: widely rounded, since the
+/// reactions that give no information must leave the corners where sweeps have left them, and with
+/// every single contact near the path before it continues: the mean of ten thousand gives no
+/// information of the few that jam the next step. Those are solved apart.
 constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 80};
 constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
 constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
@@ -95,7 +95,8 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
         const ContactProblem normals = softened_normals(work.problem, compliance, rows);
         SolverOptions options;
         options.tolerance = 1e-10;
-        options.max_seconds = work.progress.seconds_left(); // too short a look proves nothing
+        options.max_seconds =
+            work.progress.seconds_left(); // too short an evaluation proves nothing
         options.stop = work.options.stop;
         SolverWork inner(normals, options, Eigen::VectorXd::Zero(normals.q.size()));
         ShiftedDelassus matrix(inner);
@@ -119,7 +120,7 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
         const double now = work.progress.best_error();
         const double gained = std::log(before / now);
         before = now;
-        if (!std::isfinite(gained)) continue; // the first batch tells no rate
+        if (!std::isfinite(gained)) continue; // the first batch reports no rate
         if (!(gained > 0)) return false;
         const double digits = std::log(now / std::max(work.options.tolerance, kSweepRoundOff));
         const Eigen::Index closed = rows_with_force(work);
@@ -135,6 +136,8 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
 void solve_automatically(SolverWork& work, bool warm)
 {
     ShiftedDelassus matrix(work);
+
+    // ---- From a warm start: free steps
     // What sweeps would find out, which contacts do what, the start knows; not in a network of
     // rigid bodies, whose reactions are not unique: full steps run away.
     const bool network = work.problem.W.is_of_bodies();
@@ -147,6 +150,8 @@ void solve_automatically(SolverWork& work, bool warm)
             work.take_best();
         }
     }
+
+    // ---- Accelerated sweeps
     std::optional<AcceleratedNsgs> sweeps;
     if (!work.problem.W.is_matrix_free()) {
         sweeps.emplace(work);
@@ -163,9 +168,12 @@ void solve_automatically(SolverWork& work, bool warm)
     const bool helped = work.progress.best_error() < kHardlyHelped;
     if (helped && !network) {
         if (follow_path(work, matrix, kQuickNewton)) return;
-        matrix.trust(); // without rounding, factors of a singular W say nothing about later ones
+        matrix.trust(); // without rounding, factors of a singular W give no information about later
+                        // ones
         work.take_best();
     }
+
+    // ---- Newton's method and the path
     // Where sweeps have hardly helped, what they have reached is no better a start than none.
     NewtonPath first = network ? kNetworkPath : NewtonPath{};
     first.from_afar = !helped;
@@ -181,6 +189,8 @@ void solve_automatically(SolverWork& work, bool warm)
     if (follow_path(work, matrix, kFreeNewton)) return;
     matrix.trust();
     if (work.progress.best_error() <= work.options.acceptable) return;
+
+    // ---- Proof, close paths, proximal problems
     if (std::optional<InfeasibilityProof> proof = search_proof(work)) {
         work.progress.prove(std::move(*proof));
         return;

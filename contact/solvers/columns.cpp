@@ -19,7 +19,7 @@ Columns::Columns(const ContactProblem& problem) : problem_(problem), offset_(row
     start_.reserve(static_cast<std::size_t>(n) + 1);
     start_.push_back(0);
     Eigen::Index values = 0;
-    // The pattern first: most contacts couple by full blocks, whose first column tells it all, in
+    // The pattern first: most contacts couple by full blocks, whose first column shows it all, in
     // order.
     neighbour_.reserve(static_cast<std::size_t>(W.nonZeros() / 9 + n));
     for (int j = 0; j < n; ++j) {
@@ -139,10 +139,10 @@ void Columns::start(const Eigen::VectorXd& r, Eigen::VectorXd& v) const
 
 void Columns::read(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& v, double* u) const
 {
-    const Eigen::VectorXd& give = problem_.W.of_bodies().give;
+    const Eigen::VectorXd& compliance = problem_.W.of_bodies().compliance;
     const int first = first_row(contact), count = rows(contact);
     for (int a = 0; a < count; ++a)
-        u[a] = problem_.q[first + a] + give[first + a] * r[first + a];
+        u[a] = problem_.q[first + a] + compliance[first + a] * r[first + a];
     for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p)
         add_motion(*p, contact, v.data() + p->at, u);
 }
@@ -202,7 +202,7 @@ void Columns::add(int contact, const double* change, Eigen::VectorXd& u) const
     if (is_of_bodies()) {
         const DelassusOfBodies& W = problem_.W.of_bodies();
         for (int c = 0; c < rows(contact); ++c)
-            u[first_row(contact) + c] += W.give[first_row(contact) + c] * change[c];
+            u[first_row(contact) + c] += W.compliance[first_row(contact) + c] * change[c];
         Eigen::VectorXd v, own;
         for (const Piece* p = pieces_begin(contact); p != pieces_end(contact); ++p) {
             v.setZero(p->k);

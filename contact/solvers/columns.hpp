@@ -10,8 +10,8 @@ namespace amontons {
 ///
 /// Dense W is used where it is; sparse W is copied into blocks, one for each pair of contacts
 /// that feel each other, four numbers a column: what a vector register holds. Of a W of
-/// bodies the columns of G are copied: what a contact does is told by the motions v = G r of its
-/// bodies. Refers to the problem. Matrix-free W has no columns.
+/// bodies the columns of G are copied: what a contact does is reported by the motions v = G r of
+/// its bodies. Refers to the problem. Matrix-free W has no columns.
 class Columns {
 public:
     /// Numbers from one column of a block of sparse W to the next.
@@ -24,6 +24,7 @@ public:
 
     /// u of a sweep: as it is for dense W and one of bodies, else kStride numbers for each contact.
     void spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const;
+    /// Copies u from the slots of columns to rows, one contact after another.
     void collect(const Eigen::VectorXd& slots, Eigen::VectorXd& u) const;
     /// Where a contact's u begins in it.
     int slot(int contact) const { return in_slots() ? kStride * contact : first_row(contact); }
@@ -32,16 +33,21 @@ public:
     /// Stored blocks, or as much of G: what a product or a sweep costs is proportional to it.
     std::size_t blocks() const;
 
+    /// The first row of a contact in u, r and q.
     int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
+    /// Rows of a contact: 1 or 3.
     int rows(int contact) const { return first_row(contact + 1) - first_row(contact); }
 
     /// W of bodies: v = G r of all of them, and what a contact reads and changes of it.
     void start(const Eigen::VectorXd& r, Eigen::VectorXd& v) const;
     /// u of a contact: q + W r. @param u  as many numbers as it has rows
     void read(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& v, double* u) const;
+    /// v += G_i change of the contact, over its bodies.
     void add_to_bodies(int contact, const double* change, Eigen::VectorXd& v) const;
 
+    /// True if W is dense.
     bool is_dense() const { return problem_.W.is_dense(); }
+    /// True if W is known by its bodies.
     bool is_of_bodies() const { return problem_.W.is_of_bodies(); }
     /// A contact on a body: its columns of G, k numbers each, and where the body's v begins.
     struct Piece {
@@ -49,15 +55,19 @@ public:
         int k = 0, at = 0, part = 0;
     };
     /// A piece's columns of G, one after the other. They are kept contact by contact: what walks
-    /// over the contacts of a pile would else wait for memory at each of them.
+    /// over the contacts of a pile would else wait for memory at each of them. Entries of G.
     const double* columns_of(const Piece& piece) const { return number_.data() + piece.G; }
     /// v += G change of a piece; u += G^T v. v and u begin at those of the body and the contact.
     void add_to_motion(const Piece& piece, int contact, const double* change, double* v) const;
+    /// u += G^T v of a piece; v begins at those of the body, u at those of the contact.
     void add_motion(const Piece& piece, int contact, const double* v, double* u) const;
+    /// The pieces of a contact: one for each of its bodies.
     const Piece* pieces_begin(int contact) const { return piece_.data() + at(contact); }
+    /// One past its last piece.
     const Piece* pieces_end(int contact) const { return piece_.data() + at(contact + 1); }
     /// The contacts that feel this one, itself among them, ascending; sparse W only.
     const int* neighbours_begin(int contact) const { return neighbour_.data() + at(contact); }
+    /// One past the last neighbour of a contact.
     const int* neighbours_end(int contact) const { return neighbour_.data() + at(contact + 1); }
     /// The block of the k-th neighbour, rows(neighbour) x rows(contact), a column every kStride
     /// numbers.

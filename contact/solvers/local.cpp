@@ -88,7 +88,7 @@ bool stick_point(const LocalBlock& a, const Eigen::Vector2d& c, double size_of_c
 }
 
 /// The root of h between two signs. @param s  a guess, leaves as the root
-/// @returns false if there is no sign that tells of one
+/// @returns false if there is no sign that shows one
 bool slip_by_bracket(const LocalBlock& a, double mu, double alone, double bn, double c1, double c2,
                      SlipPoint& p, double& s)
 {
@@ -102,7 +102,7 @@ bool slip_by_bracket(const LocalBlock& a, double mu, double alone, double bn, do
     double high = start + c_size * coupling / (mu * alone) * (1 + 4 * kEpsilon);
     if (!(high > low) || !std::isfinite(high)) return false;
     if (a.small <= 0) {
-        // No stick point tells the sign at the lower end: look next to it.
+        // No stick point reports the sign at the lower end: look next to it.
         const SlipPoint next_to_low =
             slip_at(a, k, bn, c1, c2, low + kEpsilon * (low + kEpsilon * high));
         if (!(next_to_low.h < 0)) return false;
@@ -188,6 +188,7 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
     }
     if (!a.solvable || !std::isfinite(b[0] + b[1] + b[2])) return result;
 
+    // ---- Open and frictionless
     // By components from here on: vectors that are written by halves wait for themselves.
     const auto accept = [&](double rn, double rt1, double rt2, LocalState state) {
         const Vec3 r{rn, a.cosine * rt1 - a.sine * rt2, a.sine * rt1 + a.cosine * rt2};
@@ -206,6 +207,8 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
     const double c1 = bt1 - shed1, c2 = bt2 - shed2;
     const double coupling1 = a.to_normal[0] * a.inverse_normal;
     const double coupling2 = a.to_normal[1] * a.inverse_normal;
+
+    // ---- Stick
     const auto sticks = [&](double rt1, double rt2) {
         const double rn = alone - (coupling1 * rt1 + coupling2 * rt2);
         if (!(rn >= 0 && rt1 * rt1 + rt2 * rt2 <= mu * rn * (mu * rn))) return false;
@@ -219,6 +222,8 @@ LocalReaction solve_local(const LocalBlock& a, double mu, const Vec3& b, double 
         Eigen::Vector2d rt;
         if (stick_point(a, {c1, c2}, size_of_c, rt) && sticks(rt[0], rt[1])) return result;
     }
+
+    // ---- Slip: the root of h(s)
     const double k = mu * a.inverse_normal;
     const double round_off = 2 * kEpsilon * (1 + mu * a.coupling); // h is not known better
     // On the cone to the last digit. Moving r_n is safe, |A_nt|^2 <= A_nn |A_tt|; moving r_t by

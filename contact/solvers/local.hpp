@@ -6,6 +6,7 @@
 
 namespace amontons {
 
+/// The state in which a contact was solved.
 enum class LocalState {
     open,    ///< r = 0, u_n >= 0
     stick,   ///< u = 0, r inside the cone
@@ -13,24 +14,26 @@ enum class LocalState {
     unsolved ///< the block alone has no solution that arithmetic can hold
 };
 
+/// Solution of one contact with all others fixed.
 struct LocalReaction {
+    /// Its reaction [N].
     Vec3 r = Vec3::Zero();
     LocalState state = LocalState::unsolved; ///< r is finite in every state, 0 if unsolved
-    double multiplier = 0;                   ///< s of u_t = -s r_t where it slips: the next guess
+    double multiplier = 0; ///< s of u_t = -s r_t where it slips: the next guess [m/N]
 };
 
 /// A prepared block: its Schur complement on the normal, in the basis where that is diagonal.
 struct LocalBlock {
-    double normal = 0;                 ///< A_nn
+    double normal = 0;                 ///< A_nn [m/N]
     Eigen::Vector2d to_normal{0, 0};   ///< A_nt in the basis: u_n due to r_t
     Eigen::Vector2d from_normal{0, 0}; ///< A_tn in the basis: u_t due to r_n
-    double large = 0, small = 0;       ///< eigenvalues of the symmetric part, large >= small
+    double large = 0, small = 0;       ///< eigenvalues of the symmetric part, large >= small [m/N]
     double skew = 0;                   ///< skew part, S = [[large, skew], [-skew, small]]
-    double inverse_normal = 0;         ///< of A_nn > 0
-    double inverse_large = 0, inverse_small = 0; ///< of eigenvalues > 0
-    double coupling = 0;                         ///< |to_normal| / normal
-    double cosine = 1, sine = 0;                 ///< basis: first axis in (t1, t2)
-    bool solvable = false;                       ///< A_nn > 0 beyond round-off
+    double inverse_normal = 0;         ///< of A_nn > 0 [N/m]
+    double inverse_large = 0, inverse_small = 0; ///< of eigenvalues > 0 [N/m]
+    double coupling = 0;                         ///< |to_normal| / normal (ratio)
+    double cosine = 1, sine = 0; ///< basis: first axis in (t1, t2) (cosine and sine)
+    bool solvable = false;       ///< A_nn > 0 beyond round-off
 };
 
 /// @param A  block of the contact, positive semidefinite up to round-off; small unsymmetry is

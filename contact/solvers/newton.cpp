@@ -21,13 +21,13 @@ constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
 constexpr double kHeldShift = 1e-4; ///< least one after a few contacts have not been solved apart
 constexpr double kFloor = 1e-12;    ///< always there: stick contacts of a singular W need it
-/// The same of bodies, whose network has many such: a lower one leaves reactions that nothing tells
+/// The same of bodies, whose network has many such: a lower one leaves reactions that nothing shows
 /// apart running past each other.
 constexpr double kFloorOfBodies = 1e-6;
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr double kWiden = 10;
 /// Full steps may lead where W is singular and nothing holds the reactions: when they are so many
-/// times what they were, and what W's diagonal would ask for. Larger ones would say less than 1e-9
+/// times what they were, and what W's diagonal would ask for. Larger ones would give less than 1e-9
 /// of the motion, and rounding would pass for a solution.
 constexpr double kRunAway = 1e4;
 
@@ -55,6 +55,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     const Columns& columns = work.columns;
     ScaledProblem scaled(work);
 
+    // ---- Scales, law and shift
     // What the law sees is v = u + alpha S^-2 (r - centre).
     const bool near_centre = proximal.alpha > 0;
     Eigen::VectorXd stiffness, v;
@@ -79,6 +80,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     // packing of many redundant contacts needs the weak ones.
     smoothing.open = problem.W.is_dense() ? 1e-2 : 1e-6;
     const double widest = 1 / root_n;
+
+    // ---- First epsilon
     if (path.smooth)
         smoothing.epsilon =
             path.from_afar ? widest
@@ -101,6 +104,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     int lowest_at = 0;
     std::vector<int> few;
     bool held = false; // by a few contacts that have not been solved apart
+
+    // ---- Steps along the path
     for (int steps = 0; !progress.ends(r, u, true); ++steps) {
         if (smoothing.epsilon < lowest) {
             lowest = smoothing.epsilon;

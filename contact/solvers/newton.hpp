@@ -16,7 +16,7 @@ struct Proximal {
 
 /// How a Newton solver walks.
 struct NewtonPath {
-    bool smooth = true;     ///< round the corners of the law and let the rounding go to zero;
+    bool smooth = true;     ///< round the corners of the law and let the rounding tend to zero;
                             ///< false: semismooth Newton on the law itself
     bool from_afar = false; ///< begin with corners as wide as the problem, not as the error
     /// From near, corners are at least this wide at the start: the error may be small while the
@@ -50,11 +50,13 @@ constexpr NewtonPath close_path(double reduction, double closeness, double rho, 
             .steps = 300,
             .patience = 60};
 }
+/// The paths that are followed closely, in this order.
 constexpr NewtonPath kClosePaths[] = {close_path(0.6, 0.05, 3, 3), close_path(0.4, 0.1, 10, 1),
                                       close_path(0.7, 0.1, 1, 3),  close_path(0.5, 0.1, 100, 1),
                                       close_path(0.5, 0.1, 3, 3),  close_path(0.5, 0.1, 10, 3),
                                       close_path(0.5, 0.1, 30, 3), close_path(0.5, 0.1, 10, 10)};
 
+/// How a path ended.
 enum class PathEnd {
     over,    ///< the progress ended
     arrived, ///< at the target of a proximal problem
@@ -77,6 +79,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
 /// The solvers of that name. `newton` is semismooth: it begins with sweeps, for far from the
 /// solution it leads nowhere; more sweeps where it fails.
 void solve_by_newton(SolverWork& work);
+/// Newton's method along a central path, from `work`; warm: from its reaction.
+/// docs/theory/contact.md.
 void solve_by_path(SolverWork& work, bool warm);
 
 } // namespace amontons

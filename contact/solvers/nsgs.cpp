@@ -8,7 +8,7 @@
 namespace amontons {
 namespace {
 
-/// The error is looked at again after this share of the sweeps done: looking costs a fifth of a
+/// The error is examined again after this share of the sweeps done: looking costs a fifth of a
 /// sweep, and what is swept too far is no more.
 constexpr int kSeldom = 20, kSeldomest = 32;
 
@@ -18,9 +18,9 @@ constexpr int kFirstProof = 32;
 constexpr int kProofFactor = 2;
 constexpr int kProofSweeps = 2;
 
-/// Differences that an extrapolation looks back on.
+/// Differences that an extrapolation uses.
 constexpr int kDepth = 6;
-/// Residual that grew by this since the best: the past no longer tells the future.
+/// Residual that grew by this since the best: the past no longer reports the future.
 constexpr double kDisorder = 2;
 /// Relative shift of the normal equations' diagonal: differences may be parallel.
 constexpr double kRegular = 1e-10;

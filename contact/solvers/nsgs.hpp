@@ -22,7 +22,7 @@ public:
     /// @param sweeps  at most
     /// @returns true if the progress ended, false if the sweeps were used up
     bool advance(int sweeps);
-    /// Forgets what it looks back on: r has been changed from outside.
+    /// Forgets what it uses: r has been changed from outside.
     void restart();
 
 private:

@@ -25,14 +25,14 @@ class SolveProgress {
 public:
     SolveProgress(const ContactProblem& problem, const SolverOptions& options);
 
-    /// Looks at an iterate and says whether to end; call it with every iterate, the start first.
+    /// Examines an iterate and states whether to end; call it with every iterate, the start first.
     /// @param u  W r + q as the solver keeps it; replaced now and then by the exact product,
     ///           and always before success is believed
-    /// @param exact  replace u and look at the round-off floor at once: for iterates that cost
+    /// @param exact  replace u and examine the round-off floor at once: for iterates that cost
     ///               more than a product
     bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact = false);
 
-    /// Counts an iterate that nobody looks at.
+    /// Counts an iterate that nobody examines.
     void pass() { ++looks_; }
 
     /// Ends the run as infeasible.
@@ -55,7 +55,9 @@ public:
     const Eigen::VectorXd& residuals() const { return residuals_; }
     const Eigen::VectorXd& best() const { return run_.reaction; } ///< iterate of the least error
     double best_error() const { return best_; }                   ///< [-]
+    /// Counted so far.
     int iterations() const { return run_.iterations; }
+    /// The result, at the end of a solve.
     SolverRun result() && { return std::move(run_); }
 
 private:

@@ -150,6 +150,7 @@ bool ScaledProblem::solve_few(const std::vector<int>& few, double limit,
                               ShiftedDelassus& matrix, Eigen::VectorXd& direction,
                               Eigen::VectorXd& slope)
 {
+    // ---- Linear response to forces on the few
     // Forces f on top of what the linearised laws answer: the changes of r and u are
     // dr = dr0 + A f and du = du0 + B f.
     const ShiftedDelassus::Response answer = matrix.response(few);
@@ -172,6 +173,7 @@ bool ScaledProblem::solve_few(const std::vector<int>& few, double limit,
         }
     };
 
+    // ---- Newton's method on the few
     std::vector<LinearisedLaw> own(few.size());
     Eigen::VectorXd f = Eigen::VectorXd::Zero(rows), next_f, dr, du, right(rows);
     const auto merit = [&](const Eigen::VectorXd& by) {
@@ -215,6 +217,7 @@ bool ScaledProblem::solve_few(const std::vector<int>& few, double limit,
     now = merit(f); // dr and du of this f
     if (!std::isfinite(now)) return false;
 
+    // ---- The same as a right-hand side
     // The same step as that of a linear system whose right-hand side leads there: as exact as any.
     each([&](std::size_t i, Eigen::Index k, int n) {
         const LinearisedLaw& linear = law[static_cast<std::size_t>(few[i])];

@@ -9,23 +9,26 @@ namespace amontons {
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
 /// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
 ///
-/// Reactions and motions come and go in their own units, F is dimensionless.
+/// Reactions and motions appear and disappear in their own units, F is dimensionless.
 class ScaledProblem {
 public:
     explicit ScaledProblem(const SolverWork& work); ///< refers to its problem, columns and scale
 
+    /// Size of F: its norm and its largest part.
     struct Merit {
         double all = 0;   ///< norm of F over all contacts
-        double worst = 0; ///< the largest of one contact
+        double worst = 0; ///< the largest of one contact (scaled)
     };
+    /// The merit of (r, u) at this rounding.
     Merit merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const;
     /// Adds the contacts whose own |F| is above a limit, ascending.
     /// @returns false if there are none that are new, or more than `most` with those there
     bool add_beyond(double limit, std::size_t most, const Eigen::VectorXd& r,
                     const Eigen::VectorXd& u, const Smoothing& s, std::vector<int>& few) const;
-    /// @returns  |F|
+    /// @returns  |F| (scaled)
     double linearise(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s,
                      std::vector<LinearisedLaw>& law) const;
+    /// Norm of r in the scale of the problem.
     double size(const Eigen::VectorXd& r) const { return r.cwiseQuotient(scale_).norm() / force_; }
     double force() const { return force_; } ///< f [N]
 

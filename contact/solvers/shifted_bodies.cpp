@@ -165,7 +165,7 @@ void ShiftedBodies::add_any(const Group& group)
 bool ShiftedBodies::factorise(const std::vector<LinearisedLaw>& law, double shift)
 {
     analyse();
-    const Eigen::VectorXd& give = problem_.W.of_bodies().give;
+    const Eigen::VectorXd& compliance = problem_.W.of_bodies().compliance;
     inverse_.assign(law.size(), Mat3::Zero());
     for (std::size_t i = 0; i < law.size(); ++i) {
         if (law[i].open) continue;
@@ -173,8 +173,9 @@ bool ShiftedBodies::factorise(const std::vector<LinearisedLaw>& law, double shif
         const int first = columns_.first_row(static_cast<int>(i));
         Mat3 E = law[i].D;
         for (int a = 0; a < 3; ++a)
-            E(a, a) =
-                a < rows ? E(a, a) + shift + give[first + a] * scale_[first] * scale_[first] : 1;
+            E(a, a) = a < rows
+                          ? E(a, a) + shift + compliance[first + a] * scale_[first] * scale_[first]
+                          : 1;
         const Mat3 inverse = E.inverse();
         if (!inverse.allFinite()) return false;
         inverse_[i].topLeftCorner(rows, rows) = inverse.topLeftCorner(rows, rows);

@@ -139,15 +139,15 @@ ShiftedDelassus::Response ShiftedDelassus::response(const std::vector<int>& cont
     Response answer;
     answer.motions = bodies_.response(contacts);
     answer.reactions.setIdentity(answer.motions.rows(), answer.motions.cols());
-    const Eigen::VectorXd& give = problem_.W.of_bodies().give;
+    const Eigen::VectorXd& compliance = problem_.W.of_bodies().compliance;
     Eigen::Index row = 0;
     for (const int i : contacts) {
         const int rows = columns_.rows(i), first = columns_.first_row(i);
         auto motions = answer.motions.middleRows(row, rows);
         auto reactions = answer.reactions.middleRows(row, rows);
         reactions -= bodies_.inverse(i).topLeftCorner(rows, rows) * motions;
-        motions +=
-            scale_[first] * scale_[first] * give.segment(first, rows).asDiagonal() * reactions;
+        motions += scale_[first] * scale_[first] * compliance.segment(first, rows).asDiagonal() *
+                   reactions;
         row += rows;
     }
     return answer;

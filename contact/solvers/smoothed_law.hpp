@@ -26,12 +26,14 @@ struct LinearisedLaw {
 ///
 /// With z = r - rho u:  F_n = r_n - p(z_n),  p (p - z_n) = epsilon^2 rho;
 /// F_t = r_t - z_t / t, (t - 1)((R t)^2 - |z_t|^2) = (spread epsilon t)^2 rho, R = mu p(z_n).
-/// As epsilon goes to 0 this is the function of Alart & Curnier (1991).
+/// As epsilon tends to 0 this is the function of Alart & Curnier (1991).
 Vec3 smoothed_frictional(double mu, const Vec3& r, const Vec3& u, const Smoothing& s);
+/// The law of a contact with friction at (r, u), rounded and linearised.
 LinearisedLaw linearise_frictional(double mu, const Vec3& r, const Vec3& u, const Smoothing& s);
 
 /// The normal law alone: in residual[0] and D(0, 0).
 double smoothed_frictionless(double r, double u, const Smoothing& s);
+/// The same of a contact without friction.
 LinearisedLaw linearise_frictionless(double r, double u, const Smoothing& s);
 
 } // namespace amontons

@@ -84,7 +84,7 @@ void Sweeper::sweep(double freeze, bool backward)
     work_.columns.spread(work_.u, u_);
     for (int k = 0; k < n; ++k) {
         const int i = backward ? n - 1 - k : k;
-        worst_ = std::max(worst_, look_and_visit(i));
+        worst_ = std::max(worst_, visit_if_changed(i));
     }
     work_.columns.collect(u_, work_.u);
 }
@@ -115,7 +115,7 @@ void Sweeper::sweep_bodies(bool backward)
                     const int i =
                         colours_.contact[static_cast<std::size_t>(backward ? first + last - k : k)];
                     read(i);
-                    worst = std::max(worst, look_and_visit(i));
+                    worst = std::max(worst, visit_if_changed(i));
                 }
             }
         }
@@ -128,7 +128,7 @@ void Sweeper::sweep_bodies(bool backward)
 }
 
 /// Visits a contact that is not settled. @returns  its change squared at its own scale, if asked
-double Sweeper::look_and_visit(int i)
+double Sweeper::visit_if_changed(int i)
 {
     const bool frictional = kind_of(work_.problem, i) == ContactKind::frictional;
     const double* const u = u_.data() + work_.columns.slot(i);
@@ -168,7 +168,7 @@ void Sweeper::visit(int i)
     double& guess = multiplier_[i];
     LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess, true);
     if (local.state == LocalState::unsolved) local = solve_shifted(i, ri, b);
-    if (local.state == LocalState::unsolved) return; // r stays: the certificate will tell
+    if (local.state == LocalState::unsolved) return; // r stays: the certificate will report
     if (local.state == LocalState::slip) guess = local.multiplier;
 
     // By components: see solve_local.

@@ -12,7 +12,7 @@ namespace amontons {
 /// with the others held.
 ///
 /// u is kept up to date: a contact reads its own u_i, solves, and adds W(:, i) dr_i to u. A contact
-/// that does not change thus costs a look. The published form computes row i of W r for each
+/// that does not change thus costs an evaluation. The published form computes row i of W r for each
 /// contact, which costs the same whether anything changes or not.
 ///
 /// A dense W that leaves the cache is read in single precision: half of what a sweep waits for.
@@ -31,6 +31,7 @@ public:
     /// common scale and the worst of the last sweep at their own.
     void sweep(double freeze, bool backward = false);
 
+    /// True if sweeps read W in single precision.
     bool is_rounded() const { return !rounded_.empty(); }
 
 private:
@@ -38,7 +39,7 @@ private:
     const Mat3& own(int i) const { return own_[static_cast<std::size_t>(i)]; }
     LocalBlock& block(int i) { return blocks_[static_cast<std::size_t>(i)]; }
     void sweep_bodies(bool backward);
-    double look_and_visit(int i);
+    double visit_if_changed(int i);
     void visit(int i);
     void add(int i, const double* change);
     LocalReaction solve_shifted(int i, const Vec3& ri, const Vec3& b) const;

@@ -23,14 +23,14 @@ struct SolverWork {
                 .setConstant(std::sqrt(progress.natural_map().rho(i)));
     }
 
-    /// Goes to a reaction.
+    /// Moves to a reaction.
     void take(const Eigen::VectorXd& reaction)
     {
         r = reaction;
         problem.W.apply(r, u);
         u += problem.q;
     }
-    /// Goes back to the iterate of the least error.
+    /// Returns to the iterate of the least error.
     void take_best() { take(progress.best()); }
 
     const ContactProblem& problem;

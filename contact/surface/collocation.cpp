@@ -79,7 +79,7 @@ Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> place
     return out;
 }
 
-/// The sum of the patches that look at a normal.
+/// The sum of the patches that are directed at a normal.
 struct FacingSum {
     double area = 0;            ///< [m^2]
     Vec3 normal = Vec3::Zero(); ///< sum of area times normal [m^2]

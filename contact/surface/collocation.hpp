@@ -8,7 +8,7 @@
 
 // Contacts at the nodes that carry multipliers (multipliers.hpp): corners of T3 and Q4, middles of
 // T6. A contact moves with its node alone; its area is that of the dual multiplier, over the faces
-// that look at what it meets.
+// that are directed at the other surface.
 
 namespace amontons {
 
@@ -21,8 +21,8 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
                               const std::function<WallSample(const Vec3&)>& wall, double reach);
 
 /// With the nearest point of another solid: faster than mortar_contacts, not exact where the mesh
-/// of the master is finer (some of its nodes may meet nothing). A node beyond the master's border
-/// meets nothing.
+/// of the master is finer (some of its nodes may touch nothing). A node beyond the master's border
+/// touches nothing.
 /// @param smooth_normals  as MortarOptions
 SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
                                const ExternalSurface& master, std::span<const Vec3> master_places,

@@ -15,6 +15,7 @@
 
 namespace amontons {
 
+/// A node of a surface and its weight.
 struct StencilEntry {
     std::int32_t node = 0; ///< of the body's mesh
     double weight = 0;     ///< [-]
@@ -36,12 +37,15 @@ struct SurfaceContact {
 /// Contacts by their id, ascending; weights of a side by their node, ascending.
 struct SurfaceContacts {
     std::vector<SurfaceContact> contact;
+    /// The nodes and weights of all contacts, one after another.
     std::vector<StencilEntry> stencil;
 
+    /// Nodes and weights of the slave side.
     std::span<const StencilEntry> slave(const SurfaceContact& c) const
     {
         return range_(c.slave_begin, c.slave_end);
     }
+    /// Nodes and weights of the master side.
     std::span<const StencilEntry> master(const SurfaceContact& c) const
     {
         return range_(c.master_begin, c.master_end);

@@ -8,7 +8,9 @@ namespace amontons {
 /// Integrals over what is covered of one face of the slave; i counts its multipliers.
 struct FaceSums {
     using Weights = Eigen::Matrix<double, 4, kMostSolidFaceNodes>;
+    /// What one face of the master contributes.
     struct Master {
+        /// Number of the face.
         std::int32_t face = 0;
         Weights weights; ///< int psi_i M_l, l counts the face's nodes [m^2]
     };
@@ -19,6 +21,7 @@ struct FaceSums {
     std::vector<Master> master;
     std::array<Vec3, 4> far; ///< of a master that does not bend: int psi_i y, y its place [m^3]
 
+    /// Empties the sums for the next slave face.
     void clear();
     Master& of(std::int32_t face); ///< of a face of the master; new ones are 0
 };
@@ -29,6 +32,7 @@ public:
     /// @param fixed  a master that does not bend: contacts have no stencil on it
     ContactSums(const ExternalSurface& slave, const ExternalSurface& master, bool fixed = false);
 
+    /// Adds the integrals of one slave face to its multipliers.
     void add(std::size_t slave_face, const FaceMultipliers& multipliers, const FaceSums& sums);
 
     /// A multiplier with less than 5 % of its full area joins its neighbour with the largest: next

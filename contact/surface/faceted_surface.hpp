@@ -9,6 +9,7 @@ namespace amontons {
 
 /// How a face falls into flat triangles, by its own nodes.
 struct FlatParts {
+    /// The triangles of a face, as corners of its nodes.
     std::span<const std::array<int, 3>> triangles;
     std::span<const Vec2> xi; ///< of the nodes on the reference face
     std::span<const std::array<int, 2>> edges;
@@ -20,13 +21,15 @@ FlatParts flat_parts(std::size_t nodes);
 /// measurement.
 class FacetedSurface {
 public:
+    /// A flat triangle of a face.
     struct Triangle {
-        std::array<std::int32_t, 3> nodes{}; ///< of the mesh
-        std::int32_t face = 0;               ///< of the surface
-        std::array<Vec2, 3> xi;              ///< of the nodes on the reference face
+        std::array<std::int32_t, 3> nodes{};            ///< of the mesh
+        std::int32_t face = 0;                          ///< of the surface
+        std::array<Vec2, 3> xi;                         ///< of the nodes on the reference face
         std::array<std::int32_t, 3> beside{-1, -1, -1}; ///< across edge k to k + 1; -1: a border
     };
     struct Edge {
+        /// Its two nodes.
         std::array<std::int32_t, 2> nodes{};
         std::int32_t face = 0; ///< one of those that have it
     };
@@ -37,7 +40,7 @@ public:
 
     const ExternalSurface& surface() const { return *surface_; }
     const std::vector<Triangle>& triangles() const { return triangles_; }
-    const std::vector<Edge>& edges() const { return edges_; } ///< of the faces, each once
+    const std::vector<Edge>& edges() const { return edges_; }      ///< of the faces, each once
     std::span<const std::int32_t> around(std::int32_t node) const; ///< triangles
     /// Those of a face follow one another.
     std::span<const Triangle> of_face(std::size_t face) const
@@ -56,19 +59,26 @@ private:
 
 /// A surface where it is now.
 struct PlacedSurface {
+    /// The flat triangles.
     const FacetedSurface& facets;
     std::span<const Vec3> places; ///< of all nodes of the mesh [m]
-    /// Of a part of a body's outside: what is behind it down to this depth is in the body [m]. 0: all
-    /// of the outside.
+    /// Of a part of a body's outside: what is behind it down to this depth is in the body [m]. 0:
+    /// all of the outside.
     double thickness = 0;
 };
 
 /// A place on a surface by its nodes; weights sum to 1.
 struct SurfacePlace {
+    /// Number of nodes.
     int count = 0;
+    /// Nodes and weights; the first `count` are used.
     std::array<StencilEntry, kMostSolidFaceNodes> node{};
 
-    std::span<const StencilEntry> nodes() const { return std::span(node).first(std::size_t(count)); }
+    /// Those in use.
+    std::span<const StencilEntry> nodes() const
+    {
+        return std::span(node).first(std::size_t(count));
+    }
 };
 
 } // namespace amontons

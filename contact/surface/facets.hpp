@@ -14,13 +14,15 @@
 
 namespace amontons {
 
-/// Faces look at each other, or the same way, if the cosine of their normals is no smaller: a pair
-/// at 78 degrees and more has no common normal worth the name.
+/// Faces are directed at each other, or the same way, if the cosine of their normals is no smaller:
+/// a pair at 78 degrees and more has no common normal worth the name.
 constexpr double kFacing = 0.2;
 
 /// A flat triangle or quadrilateral that stands for a face or a quarter of it.
 struct Facet {
+    /// Number of the face of the surface.
     std::int32_t face = 0;
+    /// Corners of the facet, 3 or 4.
     int corners = 3;
     std::array<Vec3, 4> corner; ///< [m]
     std::array<Vec2, 4> xi;     ///< of the corners on the reference face
@@ -41,6 +43,7 @@ std::vector<Facet> facets_near(const ExternalSurface& surface, std::span<const V
 BoundingBox box_of(const ExternalSurface& surface, std::span<const Vec3> places);
 /// The box of a facet, and of it moved by `along` and by -`along`.
 BoundingBox box_of(const Facet& facet, const Vec3& along = Vec3::Zero());
+/// The boxes of facets.
 std::vector<BoundingBox> boxes_of(std::span<const Facet> facets);
 
 /// Facets with a tree over their boxes.
@@ -58,6 +61,7 @@ struct FacetTree {
 /// Coordinates in the plane of a facet; the third is the height along its normal. They move and
 /// turn with the facet.
 struct FacetPlane {
+    /// A point of the plane [m].
     Vec3 origin;
     Mat3 axes; ///< rows: along the first side, normal x that, normal
 
@@ -67,7 +71,9 @@ struct FacetPlane {
 
 /// The affine map that takes three points of a plane to three others.
 struct AffineMap {
+    /// Derivative of the map.
     Eigen::Matrix2d slope;
+    /// Value at the origin.
     Vec2 offset;
 
     AffineMap(const Vec2* from, const Vec2* to);
@@ -76,7 +82,9 @@ struct AffineMap {
 
 /// The nodes of a face in the coordinates of a plane, or in space.
 struct FaceInPlane {
+    /// Nodes of the face.
     int nodes = 3;
+    /// Their places in the plane's frame: two coordinates and the height [m].
     std::array<Vec3, kMostSolidFaceNodes> node;
 
     FaceInPlane(std::span<const std::int32_t> face, std::span<const Vec3> places,
@@ -96,6 +104,7 @@ struct FaceSpot {
     Vec3 place = Vec3::Zero(); ///< [m]
     Vec3 along[2];             ///< derivatives with respect to xi [m]
 };
+/// Place and derivatives of a face at xi.
 FaceSpot spot(const FaceInPlane& face, const Vec2& xi);
 
 /// The point of the face over z, by Newton's method.

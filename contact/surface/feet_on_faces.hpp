@@ -26,6 +26,7 @@ struct FaceFoot {
     bool beyond = false; ///< of an edge or a corner: over no face
 };
 
+/// Feet of points on the smooth surface over faces: x = y + d n(y), docs/theory/rods.md.
 class FeetOnFaces {
 public:
     /// @param places   of all nodes of the mesh, finite [m]
@@ -42,6 +43,7 @@ public:
     double width_at(std::int32_t node, const Vec3& along) const;
     /// How far the face of a foot reaches along a direction [m].
     double length_along(const FaceFoot& foot, const Vec3& along) const;
+    /// True if there are no faces.
     bool empty() const { return facets_.empty(); }
 
 private:

@@ -14,7 +14,8 @@
 
 // For each face of the slave:
 //
-//   1 its facets are cut by the facets of the master that look at it, in the plane of the slave's
+//   1 its facets are cut by the facets of the master that are directed at it, in the plane of the
+//   slave's
 //     facet: segments, convex polygons of which each lies on one facet of either side;
 //   2 where layers of the master overlap, the nearer one takes its segments out of the farther;
 //     so does the back of the master: what lies behind it belongs to another overlap, through a
@@ -24,7 +25,7 @@
 //   4 an integration point z of a segment has its place x on the true face of the slave: T3, Q4
 //     over z (Q4: straight sides, so facet and face cover the same part of the plane), T6 by the
 //     quarter's reference coordinates (quarters tile the reference triangle, whatever the
-//     curvature). The true face of the master is met along the plane's normal from x, by Newton's
+//     curvature). The true face of the master is found along the plane's normal from x, by Newton's
 //     method; where segments of curved faces do not quite match it may lie slightly beyond its
 //     border, which is harmless: its shape functions sum to 1 there too.
 
@@ -35,9 +36,9 @@ namespace {
 /// face pass into those of a partly covered one: where bodies slide, a contact that changed them at
 /// once would have no balance between the two.
 constexpr double kWholeOverlap = 0.995, kPart = 0.9;
-/// Faces that look at each other by kFacing count from nothing on, by this cosine as a whole: the
-/// side of a block that is pressed until it rolls onto the floor would else be there at once, with
-/// the gap of all of it.
+/// Faces that are directed at each other by kFacing count from nothing on, by this cosine as a
+/// whole: the side of a block that is pressed until it rolls onto the floor would else be there at
+/// once, with the gap of all of it.
 constexpr double kFullyFacing = 0.6;
 /// More than the facet's area is covered: the master has layers.
 constexpr double kTwice = 1e-9;
@@ -113,8 +114,8 @@ public:
     }
 
 private:
-    /// Where the master is looked for, beyond the reach: all of a face of which a part is near must
-    /// find its master, or it would look partly covered.
+    /// Where the master is searched for, beyond the reach: all of a face of which a part is near
+    /// must find its master, or it would look partly covered.
     double range_(const Facet& facet) const { return reach_ + facet.size / 2; }
 
     /// Whether two faces of one body have a node in common.
@@ -169,7 +170,7 @@ private:
         return Behind{across ? thick : way.norm(), across};
     }
 
-    /// Around all that the slave's facets look at.
+    /// Around all that the slave's facets are directed at.
     BoundingBox search_box_() const
     {
         BoundingBox box;
@@ -438,8 +439,8 @@ private:
         if (sides.slave.nodes == 3 && sides.master.nodes == 3 && !smooth_)
             return integrate_flat_(sides, polygon, multipliers, only, share, master);
         const std::span<const QuadraturePoint> points = points_for_(sides, polygon);
-        // Triangles around the middle of the outline: a corner that comes or goes, with a side of
-        // no length, changes nothing at once.
+        // Triangles around the middle of the outline: a corner that appears or disappears, with a
+        // side of no length, changes nothing at once.
         Vec2 a = Vec2::Zero();
         double length = 0;
         for (int i = 0; i < polygon.count; ++i) {

@@ -20,7 +20,7 @@ struct MortarOptions {
     /// with what is pressed on it.
     bool master_normals = false;
     /// Of a body that may touch itself: its nodes at rest; both surfaces are of its mesh, and may
-    /// be the same one. Faces with a node in common do not meet, and what lies behind a face at
+    /// be the same one. Faces with a node in common do not touch, and what lies behind a face at
     /// rest overlaps by no more than a share of that distance: more is the body's own thickness
     /// seen from within.
     std::span<const Vec3> at_rest = {};
@@ -33,10 +33,10 @@ struct MortarOptions {
 ///   n_i = normalised int psi_i (nu_master - nu_slave),
 ///
 /// over what faces of the slave and of the master share, seen along the slave's normal. Any kinds
-/// of faces may meet. Where a face of the slave is covered in part, areas are >= 0 and sum to what
+/// of faces may touch. Where a face of the slave is covered in part, areas are >= 0 and sum to what
 /// is covered; a multiplier that keeps under 5 % of its area joins a neighbour. Where the master
-/// has several layers, the nearest counts. Only faces that look at each other do: the far sides of
-/// thin bodies do not meet.
+/// has several layers, the nearest counts. Only faces that are directed at each other do: the far
+/// sides of thin bodies do not touch.
 ///
 /// Exact on flat faces; on curved ones as exact as six integration points on each piece.
 /// @param slave_places, master_places  of all nodes of each mesh, finite [m]

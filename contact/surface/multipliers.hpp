@@ -12,11 +12,13 @@
 //           patch test; so on a curved face the functions are dual only up to its curvature.
 //
 // Dual functions are negative in places. Where the master covers only a part of a face their
-// integral says nothing, and instead psi_i = 1 on the part of the face nearest to node i.
+// integral gives no information, and instead psi_i = 1 on the part of the face nearest to node i.
 
 namespace amontons {
 
+/// The dual multipliers of one face.
 struct FaceMultipliers {
+    /// Number of nodes with a multiplier.
     int count = 0;
     std::array<int, 4> node{}; ///< each one's node, among those of the face
     /// psi_i = sum_j functions(i, j) N_j; 0 beyond the last of either

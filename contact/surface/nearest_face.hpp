@@ -6,9 +6,12 @@ namespace amontons {
 
 /// The point of a facet nearest to x, and where it is on the reference face.
 struct FacetPoint {
+    /// The nearest point [m].
     Vec3 place = Vec3::Zero();
+    /// Its coordinates in the face.
     Vec2 xi = Vec2::Zero();
 };
+/// The nearest place of a facet to x.
 FacetPoint nearest_on(const Facet& facet, const Vec3& x);
 
 /// Finds the faces of a surface that are near to points.
@@ -17,6 +20,7 @@ public:
     /// @param faces  all facets of the surface, outlive this
     explicit NearestFace(const FacetTree& faces) : faces_(faces) {}
 
+    /// The nearest face and the place on it.
     struct Found {
         const Facet* facet = nullptr; ///< null: none
         FacetPoint point;

@@ -13,7 +13,7 @@ namespace {
 constexpr double kShallow = 1e-3;     // of a face: depths that may be left out
 constexpr double kNearFace = 0.1;     // of a face: nearer places take the surface's normal
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
-constexpr double kLooking = 0.2;      // cosine: a face looks at what it touches
+constexpr double kLooking = 0.2;      // cosine: a face is directed at what it touches
 constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
 constexpr double kUpright = 1e-6;     // sine: a place is over a face
 
@@ -201,13 +201,13 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
                   : side.norm() > 0         ? Vec3(side.normalized())
                                             : own;
     foot.place = place_on(surface_.facets.surface(), t, found.at.weights);
-    meet_bent_face_(x, found.at.weights, foot);
+    touch_bent_face_(x, found.at.weights, foot);
     return foot;
 }
 
 /// Of a quadrilateral that is not flat the nearest place of its own, not of the two triangles that
 /// a diagonal cuts it into: which one does is the mesh's accident.
-void FaceDistance::meet_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const
+void FaceDistance::touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const
 {
     const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
     const std::span<const std::int32_t> nodes = surface_.facets.surface().face(std::size_t(t.face));
@@ -271,7 +271,7 @@ void for_triangles_at(const PlacedSurface& surface, const SurfacePlace& place, V
     }
 }
 
-/// The faces that a place lies on and that look along a direction, all of them if none does.
+/// The faces that a place lies on and that point along a direction, all of them if none does.
 void faces_at(const PlacedSurface& surface, const SurfacePlace& place, const Vec3& along,
               std::vector<std::size_t>& faces)
 {
@@ -320,6 +320,7 @@ Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
 
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots)
 {
+    // ---- Boxes and nodes that may overlap
     const BoundingBox box_a = box_around(a);
     BoundingBox box_b = box_around(b);
     box_b.low -= b.thickness;
@@ -330,7 +331,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     shared.low = box_a.low.max(box_b.low);
     shared.high = box_a.high.min(box_b.high);
     // A place there that is in b leaves b's box, along an axis, within `room`: so deep it is at
-    // most. So it does against the way from a to b, on which boxes say little of round bodies.
+    // most. So it does against the way from a to b, on which boxes give little information of round
+    // bodies.
     double leaves = (box_b.high - shared.low).min(shared.high - box_b.low).minCoeff();
     Vec3 way = ((box_b.low + box_b.high) - (box_a.low + box_a.high)).matrix();
     double begins = -std::numeric_limits<double>::infinity(); // of b, on that way
@@ -355,6 +357,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     const double room = (1 + 1e-9) * (b.thickness > 0 ? b.thickness : leaves);
     BoundingBox near{shared.low - room, shared.high + room};
     const FaceDistance distance(b, near);
+
+    // ---- Depth at a place; places of edges
     if (distance.empty()) return;
     const ExternalSurface& surface = a.facets.surface();
     std::int32_t hint = -1;
@@ -399,6 +403,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         Vec3 normal; ///< of what is nearest to it, or zero
     };
     std::vector<Met> met; // node by node
+
+    // ---- Nodes inside, edges that enter and leave
     const auto inside = [&](const Vec3& x) {
         return (x.array() >= shared.low).all() && (x.array() <= shared.high).all();
     };
@@ -437,7 +443,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 
 namespace {
 
-/// The deepest place of a flat triangle in a convex shape: parts of it whose tangent plane says
+/// The deepest place of a flat triangle in a convex shape: parts of it whose tangent plane states
 /// that they may be deeper than the deepest so far are cut in four.
 struct DeepestPlace {
     const FaceInPlane& face;
@@ -467,7 +473,7 @@ struct DeepestPlace {
         for (const Vec2& c : corner)
             below = std::min(below, s.distance + s.normal.dot(spot(face, c).place - at.place));
         const double goal = std::min(least, 0.0) + std::min(0.05 * least, -tolerance);
-        // Quadratic faces leave the planes of their corners: of near ones parts are looked at
+        // Quadratic faces leave the planes of their corners: of near ones parts are examined
         // anyway.
         const bool bent = face.nodes == 6 && level < kBentLevels && s.distance < size;
         if ((below >= goal && !bent) || level >= kMostLevels || samples >= kMostSamples) return;

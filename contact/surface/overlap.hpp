@@ -12,18 +12,20 @@
 // How far surfaces stand in each other: measured on the surfaces themselves, whatever contacts were
 // found between them.
 //
-// Two meshes overlap where a node of one is inside the other, or an edge of one goes in and out
+// Two meshes overlap where a node of one is inside the other, or an edge of one enters and leaves
 // again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
 // on a face. Faces T3 count as flat triangles, T6 as four through their middle nodes; what this
-// leaves out of a face that bends is h^2/32 times its curvature. Edges go in and out of Q4 by their
-// two triangles; how deep, the bent face itself says.
+// leaves out of a face that bends is h^2/32 times its curvature. Edges enter and leave Q4 by their
+// two triangles; how deep, the bent face itself states.
 
 namespace amontons {
 
 /// A place of one surface that is inside the body behind another.
 struct OverlapSpot {
     double depth = 0; ///< its distance from that body's surface [m], > 0
+    /// The deepest place [m].
     Vec3 point = Vec3::Zero();
+    /// The place on the body's own surface.
     SurfacePlace own;
     double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
     double bulge = 0; ///< of both: what flat faces leave [m]
@@ -35,7 +37,9 @@ struct OverlapSpot {
 /// The signed distance from a surface, < 0 behind it.
 class FaceDistance {
 public:
+    /// The nearest place of the other surface.
     struct Foot {
+        /// To the surface [m], < 0 inside.
         double distance = 0;
         Vec3 point = Vec3::Zero(); ///< on the surface
         /// Unit: the gradient of the distance; close to the surface that of the face, or the mean
@@ -47,16 +51,17 @@ public:
 
     /// @param near  triangles that do not touch this box are left out
     FaceDistance(const PlacedSurface& surface, const BoundingBox& near);
+    /// True if there are no faces.
     bool empty() const { return !tree_; }
     /// Nothing where the nearest place is on a border: there the surface has no sides.
     /// @param hint  a triangle that is probably near, or -1; that of x on return
     std::optional<Foot> at(const Vec3& x, std::int32_t& hint) const;
-    /// Where the way from a to b goes through the surface, as shares of it, ascending.
+    /// Where the way from a to b passes through the surface, as shares of it, ascending.
     void crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const;
 
 private:
     Vec3 normal_(std::int32_t triangle) const;
-    void meet_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const;
+    void touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const;
 
     PlacedSurface surface_;
     std::vector<std::int32_t> number_; // of the tree's triangles
@@ -84,8 +89,10 @@ BoundingBox box_around(const PlacedSurface& surface);
 
 /// How far the nodes of a surface reach along a direction [m].
 struct Extent {
+    /// Range of n . x over the surface [m].
     double low = std::numeric_limits<double>::infinity(), high = -low;
 };
+/// Extent of a surface along a unit direction.
 Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
                     std::span<const Vec3> places);
 

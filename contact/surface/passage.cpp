@@ -42,7 +42,7 @@ struct Moment {
     }
 };
 
-/// Whether a node that is above a triangle before and below it after goes through it.
+/// Whether a node that is above a triangle before and below it after passes through it.
 template <class At> bool goes_through(At at)
 {
     // The height is a cubic of the share: the first change of sign among a few pieces, bisected.

@@ -12,9 +12,9 @@ struct MovedSurface {
     std::span<const Vec3> before, after; ///< of all nodes of the mesh [m]
 };
 
-/// Where a node of one of two surfaces went through a face of the other, from outside to more than
-/// `depth` behind it: what contacts at the end of a long step no longer see. Nodes and faces move
-/// along straight lines; faces count as triangles between their nodes.
+/// Where a node of one of two surfaces passed through a face of the other, from outside to more
+/// than `depth` behind it: what contacts at the end of a long step no longer see. Nodes and faces
+/// move along straight lines; faces count as triangles between their nodes.
 /// @param depth  > 0 [m]
 /// Cost: O(n log n) where boxes around the paths meet.
 std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double depth);
@@ -25,7 +25,8 @@ std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double
 /// @return  at most half the longest edge of any face [m]
 /// Cost: O(n log n).
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places);
-/// The same without that bound, of sides that face each other: corners are not thin. @param most  what is returned where the body is thicker [m]
+/// The same without that bound, of sides that face each other: corners are not thin. @param most
+/// what is returned where the body is thicker [m]
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places, double most);
 
 } // namespace amontons

@@ -63,8 +63,8 @@ void subtract(const ConvexPolygon& p, const ConvexPolygon& q, double least,
               std::vector<ConvexPolygon>& pieces)
 {
     ConvexPolygon rest = p, piece, kept;
-    // Cut by the lines of a polygon that it does not meet, p would come back in pieces, and they in
-    // pieces again.
+    // Cut by the lines of a polygon that it does not touch, p would come back in pieces, and they
+    // in pieces again.
     intersect(p, q, kept);
     if (!(area(kept) > least)) {
         pieces.push_back(p);

@@ -12,20 +12,25 @@ using Vec2 = Eigen::Vector2d;
 
 /// Corners in counter-clockwise order.
 struct ConvexPolygon {
+    /// Most corners of a polygon.
     static constexpr int kMost = 16;
+    /// Its corners, counter-clockwise.
     std::array<Vec2, kMost> corner;
+    /// Number of corners.
     int count = 0;
 
     const Vec2& operator[](int i) const { return corner[static_cast<std::size_t>(i)]; }
+    /// Appends a corner.
     void add(const Vec2& x) { corner[static_cast<std::size_t>(count++)] = x; }
 };
 
-/// Twice the area of (a, b, c), > 0 if counter-clockwise.
+/// Twice the area of (a, b, c), > 0 if counter-clockwise [unit of the corners, squared].
 inline double twice_area(const Vec2& a, const Vec2& b, const Vec2& c)
 {
     return (b.x() - a.x()) * (c.y() - a.y()) - (c.x() - a.x()) * (b.y() - a.y());
 }
 
+/// Area of a convex polygon [unit of the corners, squared].
 double area(const ConvexPolygon& p);
 
 /// The mean of the corners.

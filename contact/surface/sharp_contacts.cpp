@@ -27,7 +27,7 @@ double size_of(const SharpSurface& s, std::int32_t face)
 }
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallelEdges = 0.05;
-/// An edge that leans by more against a face (sine) meets it with its lower node.
+/// An edge that is inclined by more against a face (sine) meets it with its lower node.
 constexpr double kSteepEdge = 0.7;
 /// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
 constexpr double kBeyondFace = 0.05;
@@ -164,8 +164,8 @@ double leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
     return least;
 }
 
-/// Whether one of the faces around a sharp node looks at a face with normal n.
-bool looks_at(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
+/// Whether one of the faces around a sharp node is directed at a face with normal n.
+bool faces_towards(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 {
     const SharpFeatures& f = s.features;
     for (std::size_t k = f.begin[sharp_node]; k < f.begin[sharp_node + 1]; ++k)
@@ -211,8 +211,8 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
     for (const std::size_t i : near) {
         const Vec3& x = place_at(own.places, f.nodes[i]);
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
-        // Means say nothing of a corner of T6, however flat its faces lie: a block that rolls onto
-        // its side would bring it in at once, and deep.
+        // Means give no information of a corner of T6, however flat its faces lie: a block that
+        // rolls onto its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         // A nearer face that one of its own faces looks at is met by that: see leads_away below.
         const double by = bare ? kFlat : least_rise(id);
@@ -419,6 +419,8 @@ void Finder::edges_across_edges()
         }
         add(i, j, normal, id, rise);
     };
+
+    // ---- Pairs of pieces in each other's reach
     const std::int64_t pairs_of_chains = std::int64_t(of_slave.chains) * of_master.chains;
     const std::int64_t on_master =
         std::int64_t(of_slave.chains) * std::int64_t(of_master.pieces.size());
@@ -450,6 +452,7 @@ void Finder::edges_across_edges()
         });
     }
 
+    // ---- One crossing for each place
     // Crossings near a node may be seen from both of its pieces: the one well within its own
     // counts.
     std::sort(found.begin(), found.end(), [](const Crossing& a, const Crossing& b) {

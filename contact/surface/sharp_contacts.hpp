@@ -9,7 +9,8 @@
 #include <numbers>
 
 // Contacts at sharp corners and edges, which integrals over faces do not see: the faces beside them
-// turn away from what is touched, and the mean gap over such a face says little of its corner's.
+// turn away from what is touched, and the mean gap over such a face gives little information of its
+// corner's.
 //
 // Corners and nodes of edges on faces, and edges across edges: with them surfaces of flat faces
 // meet in all the ways they can. All is as it is now, but for what is sharp: that is of the rest.
@@ -19,7 +20,9 @@ namespace amontons {
 /// The edges of a surface as straight pieces between two nodes (those of a T6 are two), and which
 /// of them are sharp and convex.
 struct SharpFeatures {
+    /// A piece of a sharp edge.
     struct Piece {
+        /// Its two nodes.
         std::array<std::int32_t, 2> nodes{};
         std::array<std::int32_t, 2> faces{}; ///< on both sides
         std::int32_t chain = -1;             ///< -1: not sharp

@@ -17,7 +17,7 @@ void make_chains(SharpFeatures& f, std::span<const Vec3> places)
     for (std::size_t i = 0; i < f.sharp; ++i)
         for (const std::int32_t node : f.pieces[i].nodes)
             at_node[node].push_back(i);
-    // The piece that goes on from this one beyond a node, or itself.
+    // The piece that continues from this one beyond a node, or itself.
     const auto next = [&](std::size_t i, std::int32_t node) {
         const std::vector<std::size_t>& here = at_node[node];
         if (here.size() != 2) return i;

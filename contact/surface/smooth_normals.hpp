@@ -15,7 +15,7 @@ class SmoothNormals {
 public:
     /// @param places  of all nodes of the mesh, finite [m]
     /// @param sharp   edges with a larger angle between their faces' normals stay sharp [rad]
-    /// @param at_rest  where that angle is looked at, of all nodes [m]; empty: at `places`
+    /// @param at_rest  where that angle is examined, of all nodes [m]; empty: at `places`
     SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
                   double sharp = std::numbers::pi / 6, std::span<const Vec3> at_rest = {});
 

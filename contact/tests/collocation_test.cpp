@@ -73,7 +73,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a wall is met by each node that is near from either side and by no other")
+TEST_CASE("a wall is found by each node that is near from either side and by no other")
 {
     const auto wall = [](const Vec3& x) {
         WallSample s; // the inside of a sphere of radius 2
@@ -109,7 +109,7 @@ TEST_CASE("a wall is met by each node that is near from either side and by no ot
     }
 }
 
-TEST_CASE("a node beyond the master's border meets nothing")
+TEST_CASE("a node beyond the master's border touches nothing")
 {
     for (const ElementKind kind : kKinds) {
         const TouchingBody slave = box_body(kind, {0, 0, 1e-3}, {1, 1, 1}, {5, 4, 2});
@@ -123,7 +123,7 @@ TEST_CASE("a node beyond the master's border meets nothing")
     }
 }
 
-TEST_CASE("collocation: the far sides of thin bodies do not meet")
+TEST_CASE("collocation: the far sides of thin bodies do not touch")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));

@@ -7,7 +7,7 @@
 #include <Eigen/Geometry>
 #include <random>
 
-// Bodies whose surfaces meet, for tests.
+// Bodies whose surfaces touch, for tests.
 
 namespace amontons::test {
 

@@ -21,8 +21,8 @@ ContactProblem tower_of_bodies(int bodies, int corners, bool soft, unsigned seed
     std::normal_distribution<double> normal;
     const int contacts = bodies * corners;
     DelassusOfBodies W;
-    W.give = Eigen::VectorXd::Zero(3 * contacts);
-    W.give[4] = 0.1;
+    W.compliance = Eigen::VectorXd::Zero(3 * contacts);
+    W.compliance[4] = 0.1;
     ContactProblem p;
     p.q = Eigen::VectorXd::Zero(3 * contacts);
     p.mu = Eigen::VectorXd::Constant(contacts, 0.4);
@@ -111,7 +111,7 @@ ContactProblem bond(int side, int layers, double shear, unsigned seed)
         }
     }
     DelassusOfBodies W;
-    W.give = Eigen::VectorXd::Zero(rows);
+    W.compliance = Eigen::VectorXd::Zero(rows);
     for (const Brick& brick : bricks) {
         DelassusOfBodies::Part part;
         part.rows = brick.rows;
@@ -139,7 +139,7 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
 {
     const ContactProblem p = tower_of_bodies(5, 7, true);
     const DelassusOfBodies& bodies = p.W.of_bodies();
-    Eigen::MatrixXd W = bodies.give.asDiagonal();
+    Eigen::MatrixXd W = bodies.compliance.asDiagonal();
     for (const DelassusOfBodies::Part& part : bodies.parts) {
         Eigen::MatrixXd whole = Eigen::MatrixXd::Zero(part.G.rows(), W.cols());
         whole(Eigen::all, part.rows) = part.G;
@@ -155,7 +155,7 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
         CHECK((p.W.block(row, 3) - W.block(row, row, 3, 3)).norm() < 1e-14 * size);
     const std::vector<Eigen::Index> chosen{3, 4, 5, 40, 80};
     CHECK((p.W.part(chosen) - W(chosen, chosen)).norm() < 1e-14 * size);
-    // A bound, and none that says nothing.
+    // A bound, and none that gives no information.
     const Eigen::VectorXd r = p.q.cwiseAbs(), bound = p.W.absolute_times(r);
     CHECK(((bound - W.cwiseAbs() * r).array() >= -1e-15).all());
     CHECK(bound.norm() < 5 * (W.cwiseAbs() * r).norm());
@@ -163,7 +163,7 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
     CHECK(issues(p).empty());
 }
 
-TEST_CASE("what is wrong with a W of bodies is said")
+TEST_CASE("what is wrong with a W of bodies is reported")
 {
     ContactProblem p = tower_of_bodies(2, 4, false);
     DelassusOfBodies W = p.W.of_bodies();
@@ -207,8 +207,8 @@ TEST_CASE("a few contacts solved apart end on their law while the others follow 
 {
     ContactProblem p = bond(5, 3, 0.2, 1);
     DelassusOfBodies W = p.W.of_bodies();
-    for (Eigen::Index k = 0; k < W.give.size(); k += 7)
-        W.give[k] = 0.05;
+    for (Eigen::Index k = 0; k < W.compliance.size(); k += 7)
+        W.compliance[k] = 0.05;
     p.W = std::move(W);
     SolverOptions sweeps;
     sweeps.solver = ContactSolver::anderson;
@@ -286,7 +286,7 @@ TEST_CASE("towers that do not touch are solved apart")
             row += rows;
         W.parts.push_back(std::move(other));
     }
-    W.give = W.give.replicate(2, 1).eval();
+    W.compliance = W.compliance.replicate(2, 1).eval();
     p.W = std::move(W);
     p.q = p.q.replicate(2, 1).eval();
     p.mu = p.mu.replicate(2, 1).eval();

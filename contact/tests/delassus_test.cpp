@@ -24,7 +24,7 @@ Eigen::MatrixXd random_positive(int rows, std::mt19937& rng)
 
 } // namespace
 
-TEST_CASE("a sparse W tells the same of itself as the dense one")
+TEST_CASE("a sparse W reports the same of itself as the dense one")
 {
     std::mt19937 rng{1};
     for (const int rows : {1, 2, 3, 9, 30, 60})
@@ -53,7 +53,8 @@ TEST_CASE("apply_exactly rounds once, in each form of W")
     W.col(0) = W.row(0);
     const Eigen::Vector3d r(a, -b, -1), q(2, 0, 0);
     Eigen::VectorXd u;
-    for (const Delassus& form : {Delassus(Eigen::MatrixXd(W)), Delassus(Delassus::Sparse(W.sparseView()))}) {
+    for (const Delassus& form :
+         {Delassus(Eigen::MatrixXd(W)), Delassus(Delassus::Sparse(W.sparseView()))}) {
         form.apply_exactly(r, q, u);
         CHECK(u[0] == 3);
         CHECK(u[1] == b * a);
@@ -63,9 +64,10 @@ TEST_CASE("apply_exactly rounds once, in each form of W")
     const double e = std::ldexp(1, 30);
     DelassusOfBodies bodies;
     bodies.parts.push_back({{0, 1}, Eigen::RowVector2d(e + 1, e)});
-    bodies.give = Eigen::Vector2d(0, 2);
+    bodies.compliance = Eigen::Vector2d(0, 2);
     const Delassus of_bodies(bodies);
-    of_bodies.apply_exactly(Eigen::Vector2d(e + 1, -e), Eigen::Vector2d(-(2 * e * e + 3 * e), -2 * e * e), u);
+    of_bodies.apply_exactly(Eigen::Vector2d(e + 1, -e),
+                            Eigen::Vector2d(-(2 * e * e + 3 * e), -2 * e * e), u);
     CHECK(u[0] == 1);
     CHECK(u[1] == -e);
 }

@@ -64,7 +64,7 @@ TEST_CASE("stiff contacts beside soft ones: 1e-12 where the last digit of r is m
 }
 
 TEST_CASE(
-    "the error told is that of the written reaction in long double however badly it is scaled")
+    "the error reported is that of the written reaction in long double however badly it is scaled")
 {
     // Blocks of unlike stiffness, hyperstatic (W of low rank), heavy on light: what doubles find
     // differs from what is there by up to eps |r| / (rho |q|).
@@ -111,7 +111,7 @@ TEST_CASE(
             at_round_off += c.status == SolveStatus::at_round_off;
         }
     }
-    MESSAGE(compared << " compared, doubles tell another error in " << doubtful << ", "
+    MESSAGE(compared << " compared, doubles report another error in " << doubtful << ", "
                      << at_round_off << " at round-off");
     CHECK(doubtful > 0); // or this shows nothing
     CHECK(at_round_off > 0);

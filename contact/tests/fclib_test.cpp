@@ -262,7 +262,7 @@ TEST_CASE("what FCLib cannot hold is not written")
     CHECK(again(p).local->kind == p.local->kind);
 }
 
-TEST_CASE("packed arrays that are cut or foreign are told from whole ones")
+TEST_CASE("packed arrays that are cut or foreign are distinguished from whole ones")
 {
     const std::string whole = pack_arrays(small(-1));
     CHECK(unpack_arrays(whole).size() == small(-1).size());

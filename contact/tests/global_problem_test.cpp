@@ -153,7 +153,7 @@ TEST_CASE("the solution of the condensed problem solves the global one")
     }
 }
 
-TEST_CASE("a stiff clamped chain is condensed as its closed form says")
+TEST_CASE("a stiff clamped chain is condensed as its closed form states")
 {
     // n springs of stiffness k in a row, clamped at one end: compliance of node i against node j
     // is min(i, j) / k. Contacts act on the last two nodes only.
@@ -222,7 +222,7 @@ TEST_CASE("a body that can float and one with negative stiffness are refused")
     CHECK(message().find("both triangles") != std::string::npos);
 }
 
-TEST_CASE("wrong sizes and numbers are told together and a problem may have no contact")
+TEST_CASE("wrong sizes and numbers are reported together and a problem may have no contact")
 {
     std::mt19937 rng{5};
     GlobalProblem p = random_bodies(rng, 2, 3, 2, 0);

@@ -87,7 +87,7 @@ void print_sweep(int contacts, double freeze, double mu)
     for (int repeat = 0; repeat < 15; ++repeat) {
         options.max_iterations = 12;
         const ContactSolution s = solve(p, options);
-        // Between two looks: without the checks before and the certificate after.
+        // Between two samples: without the checks before and the certificate after.
         const ErrorPoint& a = s.history[2];
         const ErrorPoint& b = s.history.back();
         sweeps = b.iteration - a.iteration;

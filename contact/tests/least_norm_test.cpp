@@ -1,4 +1,4 @@
-// The least of the reactions that W does not tell apart.
+// The least of the reactions that W does not distinguish.
 
 #include "contact/least_norm.hpp"
 #include "contact/solve.hpp"
@@ -47,13 +47,14 @@ TEST_CASE("the least reactions of a table are those of statics at rest and slidi
         CHECK(rest.reaction.segment<2>(3 * i + 1).norm() < 1e-6);
     }
     // Sliding, friction keeps to the motion and its share of the load.
-    const ContactSolution slid = solve(table({0.1, 0.2}, 0.3, 60), options);
-    REQUIRE(slid.certificate.status == SolveStatus::converged);
+    const ContactSolution sliding_at_start = solve(table({0.1, 0.2}, 0.3, 60), options);
+    REQUIRE(sliding_at_start.certificate.status == SolveStatus::converged);
     double sum = 0;
     for (int i = 0; i < 4; ++i) {
-        sum += slid.reaction[3 * i];
-        const Eigen::Vector2d u = slid.u.segment<2>(3 * i + 1);
-        CHECK((slid.reaction.segment<2>(3 * i + 1) + 0.3 * slid.reaction[3 * i] * u.normalized())
+        sum += sliding_at_start.reaction[3 * i];
+        const Eigen::Vector2d u = sliding_at_start.u.segment<2>(3 * i + 1);
+        CHECK((sliding_at_start.reaction.segment<2>(3 * i + 1) +
+               0.3 * sliding_at_start.reaction[3 * i] * u.normalized())
                   .norm() < 1e-6);
     }
     CHECK(sum == doctest::Approx(100));

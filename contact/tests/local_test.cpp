@@ -14,7 +14,7 @@ double error_in_round_off(const Mat3& A, double mu, const Vec3& b, const Vec3& r
 {
     const ContactProblem p{Eigen::MatrixXd(A), b, Eigen::VectorXd::Constant(1, mu), {}, {}};
     const double terms = (A.cwiseAbs() * r.cwiseAbs() + b.cwiseAbs()).norm();
-    // Not by the trace: that of an indefinite block says nothing.
+    // Not by the trace: that of an indefinite block gives no information.
     const double error = static_cast<double>(test::reference_error(p, r, 1 / A.norm()));
     return error * b.norm() / terms;
 }
@@ -135,7 +135,7 @@ TEST_CASE("a slightly unsymmetric block is solved as it is given")
     }
 }
 
-TEST_CASE("a singular block is solved or said to be unsolved with r = 0")
+TEST_CASE("a singular block is solved or reported as unsolved with r = 0")
 {
     std::mt19937 rng{3};
     int solved = 0, unsolved = 0;

@@ -342,7 +342,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("the far sides of thin bodies do not meet and of several layers the nearest counts")
+TEST_CASE("the far sides of thin bodies do not touch and of several layers the nearest counts")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -469,7 +469,7 @@ TEST_CASE("normals of the master alone are its own however the slave is bent")
     });
 }
 
-TEST_CASE("a body that is folded meets itself and not through its own thickness")
+TEST_CASE("a body that is folded touches itself and not through its own thickness")
 {
     constexpr double kThick = 0.4, kHalf = 0.05; // the fold's inner radius
     for (const ElementKind kind : kKinds)

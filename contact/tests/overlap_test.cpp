@@ -110,7 +110,7 @@ TEST_CASE("a set of faces has no sides beyond its border")
     CHECK(depth_of({-0.3, -0.2, 1e-9}, {0.3, 0.2, 0.2}, 1) == 0);
 }
 
-TEST_CASE("what a face leaves of a curved surface goes by its width across the bend alone")
+TEST_CASE("what a face leaves of a curved surface follows its width across the bend alone")
 {
     constexpr double kRadius = 1;
     for (const ElementKind kind : {ElementKind::H8, ElementKind::T4})

@@ -71,7 +71,7 @@ TEST_CASE("two supports are determined and by how much depends on how far they a
     }
 }
 
-TEST_CASE("a wedge without friction holds what its load says and with friction an interval")
+TEST_CASE("a wedge without friction holds what its load states and with friction an interval")
 {
     // A block between planes at +-a, with N and T up along each of them: N cos a + T sin a = 1/2
     // where both are alike; |T| <= mu N.

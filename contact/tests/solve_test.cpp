@@ -145,7 +145,7 @@ TEST_CASE("hard problems end after few iterations with a certificate that is tru
         CHECK(c.iterations < 400); // [regression] 163 at most
         if (p.W.dense().trace() <= 0 || p.q.norm() == 0) continue;
         const double error = static_cast<double>(test::reference_error(p, s.reaction));
-        // Round-off of u = W r + q, of which mu |u_t| goes into the normal, and of r beside rho u.
+        // Round-off of u = W r + q, of which mu |u_t| enters the normal, and of r beside rho u.
         const double rho = static_cast<double>(p.q.size()) / p.W.dense().trace();
         const Eigen::VectorXd terms = p.q.cwiseAbs() + p.W.absolute_times(s.reaction.cwiseAbs()) +
                                       s.reaction.cwiseAbs() / rho;
@@ -351,7 +351,7 @@ TEST_CASE("groups that W does not couple are solved apart")
     }
 }
 
-TEST_CASE("redundant supports: said to be not unique and shared evenly when asked")
+TEST_CASE("redundant supports: reported to be not unique and shared evenly when asked")
 {
     // A table on n legs of one rigid body: three motions (up, two tilts) feel n normal forces.
     for (int n : {4, 8}) {
@@ -455,7 +455,7 @@ TEST_CASE("a stop from outside ends every solver with the best reaction so far")
 
 TEST_CASE("a stop in the midst of a solve ends it soon")
 {
-    // By W itself, whose products are counted: time goes on while it is asked.
+    // By W itself, whose products are counted: time continues while it is asked.
     std::mt19937 rng{8};
     const ContactProblem p = test::random_problem(rng, 12, 20, 0.4, 6);
     for (const ContactSolver solver :

@@ -89,9 +89,9 @@ TEST_CASE(
         p.mu = Eigen::VectorXd::Constant(n, mu);
         for (int i = 0; i < n; ++i) {
             for (int j = 0; j < n; ++j) {
-                const double give = 1 / (0.6 + std::abs(i - j));
-                p.W.dense().block<3, 3>(3 * i, 3 * j).diagonal().setConstant(give);
-                const double turn = i == j ? 0 : 0.3 * give * (i > j ? 1 : -1);
+                const double compliance = 1 / (0.6 + std::abs(i - j));
+                p.W.dense().block<3, 3>(3 * i, 3 * j).diagonal().setConstant(compliance);
+                const double turn = i == j ? 0 : 0.3 * compliance * (i > j ? 1 : -1);
                 p.W.dense()(3 * i, 3 * j + 1) = turn;
                 p.W.dense()(3 * i + 1, 3 * j) = -turn;
             }

@@ -41,7 +41,7 @@ TEST_CASE("a solution follows its contacts into another order")
     CHECK((matched_warm_start(other, moved, warm, p, identity) - s.reaction).norm() == 0);
 }
 
-TEST_CASE("what is new or gone or of another kind or there twice")
+TEST_CASE("what is new or lost or of another kind or there twice")
 {
     ContactProblem old, now;
     old.mu = Eigen::VectorXd::Constant(4, 0.5);

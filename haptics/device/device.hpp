@@ -27,7 +27,7 @@ struct DeviceSpec {
 
 /// The profiles that ship: touch, phantom-desktop, falcon, omega.3, catheter-2dof.
 std::span<const DeviceSpec> device_profiles();
-/// @throws InputError  if there is none of that name; says the names that there are
+/// @throws InputError  if there is none of that name; states the names that there are
 const DeviceSpec& device_profile(std::string_view name);
 
 /// A device, real or not. read and write are called from the loop: they return at once, allocate
@@ -36,12 +36,15 @@ const DeviceSpec& device_profile(std::string_view name);
 class Device {
 public:
     virtual ~Device() = default;
+    /// Description of the device: limits, rates, encoders.
     virtual DeviceSpec spec() const = 0;
+    /// Connects to the device; false, with a message, if it is not available.
     virtual bool open() { return true; }
     /// The newest pose. Not valid: nothing came.
     virtual DeviceSample read(double time) noexcept = 0;
     /// Force on the hand, world axes; held until the next one.
     virtual void write(const Wrench& wrench, double time) noexcept = 0;
+    /// Disconnects; safe to call twice.
     virtual void close() noexcept {}
 };
 

@@ -11,7 +11,7 @@ namespace amontons {
 namespace {
 
 constexpr double kLongest = 3600;       // [s]: what one run may last
-constexpr std::size_t kMostIssues = 10; // of one file: more say nothing new
+constexpr std::size_t kMostIssues = 10; // of one file: more give no information new
 constexpr const char* kColumns[] = {"time", "x", "y", "z", "turn_x", "turn_y", "turn_z"};
 constexpr const char* kUnits[] = {"s", "m", "m", "m", "rad", "rad", "rad"};
 
@@ -69,6 +69,8 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
                            "time,x,y,z[,turn_x,turn_y,turn_z] and a line "
                            "of numbers for each time"}});
     std::string_view header = next_part(rest, '\n');
+
+    // ---- Heading
     int headings = 0;
     for (; !header.empty(); ++headings) {
         const std::string_view heading = next_part(header, ',');
@@ -96,6 +98,7 @@ Trajectory parse_trajectory(std::string_view text, const std::string& file)
                               "all of turn_x, turn_y, turn_z, or none"});
     if (!issues.empty()) throw InputError(std::move(issues));
 
+    // ---- Rows
     Trajectory path;
     for (int line = 2; !rest.empty() && issues.size() < kMostIssues; ++line) {
         std::string_view row = next_part(rest, '\n');

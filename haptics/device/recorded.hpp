@@ -11,6 +11,7 @@ namespace amontons {
 struct Trajectory {
     std::vector<double> time;   ///< strictly increasing [s]
     std::vector<HandPose> pose; ///< as many
+    /// Time of the last pose [s].
     double end() const { return time.empty() ? 0 : time.back() - time.front(); }
 };
 
@@ -19,12 +20,12 @@ struct Trajectory {
 /// in brackets may follow a name. So the trace of `amontons haptic` is one, but of a wire that is
 /// pushed along another axis than x: there the trace is in world axes, and a device pushes along x.
 /// @param file  stands in the messages
-/// @throws InputError  with every line that is wrong: not numbers, time that stands still, goes
-/// back or goes on for more than an hour
+/// @throws InputError  with every line that is wrong: not numbers, time that stands still, passes
+/// back or continues for more than an hour
 Trajectory parse_trajectory(std::string_view text, const std::string& file);
 
 /// Plays a trajectory, resampled: linear between its points, turns along the shortest way. When it
-/// has ended, there is no sample any more. The force goes nowhere.
+/// has ended, there is no sample any more. The force is discarded.
 class RecordedDevice : public Device {
 public:
     /// @throws InputError  as parse_trajectory

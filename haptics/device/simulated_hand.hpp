@@ -46,7 +46,9 @@ public:
     /// as they did it.
     void advance();
 
+    /// Translation and rotation vector [m, rad].
     Vec6 position() const { return x_; }
+    /// Their rates [m/s, rad/s].
     Vec6 velocity() const { return v_; }
     double motor_work() const { return work_; } ///< done on the hand so far [J]
 

@@ -165,8 +165,8 @@ DeviceSample UdpDevice::read(double time) noexcept
             ++refused_;
             continue;
         }
-        // As far after the last as the sender's clock says, and within 10 ms before its arrival: a
-        // clock that stands still or runs away leaves the times of arrival.
+        // As far after the last as the sender's clock states, and within 10 ms before its arrival:
+        // a clock that stands still or runs away leaves the times of arrival.
         const double after =
             1e-9 * (static_cast<double>(pose.time) - static_cast<double>(pose_.time));
         measured_ = std::clamp(measured_ + std::max(after, 0.0), time - kRepeated, time);

@@ -25,18 +25,23 @@ namespace amontons {
 // jitters. Faster senders are felt better: 1000 a second or more are best.
 //
 // World axes. Whatever has another size or another beginning is left aside; a pose with an older
-// number than the last is, too. Forces go to where the newest pose came from: who sends a higher
-// number takes the device over. One number that is none (NaN, infinite) ends the force for good.
+// number than the last is, too. Forces are passed to where the newest pose came from: who sends a
+// higher number takes the device over. One number that is none (NaN, infinite) ends the force for
+// good.
 
 using UdpPacket = std::array<unsigned char, 64>;
 
+/// The pose of a UDP packet.
 struct UdpPose {
+    /// Number of the packet; an older one is ignored.
     std::uint32_t sequence = 0;
     std::int64_t time = 0; ///< [ns]
     Vec3 position{0, 0, 0}, turn{0, 0, 0};
 };
 
+/// Packs a pose: the layout is above.
 UdpPacket pose_packet(const UdpPose& pose);
+/// Packs the force of a tick: the layout is above.
 UdpPacket force_packet(std::uint32_t sequence, std::int64_t time, const Wrench& wrench);
 /// False if it is no pose packet.
 bool parse_pose(const unsigned char* bytes, std::size_t size, UdpPose& pose);

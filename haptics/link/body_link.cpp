@@ -18,7 +18,8 @@ namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
 constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
-constexpr double kMostRise = 5;  // of the error: contacts come and go, as those on an edge do
+constexpr double kMostRise =
+    5; // of the error: contacts appear and disappear, as those on an edge do
 
 bool is_of(const ContactLaw& law, const std::string& name)
 {
@@ -52,7 +53,7 @@ Scene with_driven_handle(Scene scene)
     }
     for (RigidInput& r : scene.rigids) {
         if (r.name != h.handle) continue;
-        // It gives way, on its spring: what "*" leaves out of two bodies that stand still is not
+        // It is compliant, on its spring: what "*" leaves out of two bodies that stand still is not
         // meant, and a law that names the pair stands for it.
         r.drive.given = false;
         for (const ContactLaw& law : written_out(scene))
@@ -117,7 +118,7 @@ BodyLink::BodyLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
     s.check_holds();
     for (std::size_t b = 0; b < s.system->refs.size(); ++b)
         if (s.system->refs[b].name == s.scene.haptic.handle) s.handle = int(b);
-    s.system->finder.look_farther(s.system->refs, s.handle, options.condense.farthest());
+    s.system->finder.search_farther(s.system->refs, s.handle, options.condense.farthest());
     BodyRef& ref = s.system->refs[std::size_t(s.handle)];
     const double step = options.condense.period;
     for (const BodyRef& b : s.system->refs)
@@ -204,11 +205,11 @@ bool BodyLink::step(const HandPose& device)
         count_.time = input.end();
         s.started = true;
         count_.steps += h > 0;
-        count_.not_met += i > 0;
+        count_.not_touched += i > 0;
         return true;
     }
     s.held->aim(from);
-    ++count_.not_met;
+    ++count_.not_touched;
     return false;
 }
 

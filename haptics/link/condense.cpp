@@ -80,6 +80,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     const int n_contacts = int(all.contact.size());
 
+    // ---- Candidates: closed, near, then far ones
     out.reach = options.reach();
     std::vector<int> near, far;
     for (int c = 0; c < n_contacts; ++c) {
@@ -96,7 +97,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     far.resize(std::min(far.size(), kMostFar));
     near.insert(near.end(), far.begin(), far.end());
     std::sort(near.begin(), near.end());
-    for (const ContactPair& p : pairs) // gaps beyond were not looked at
+    for (const ContactPair& p : pairs) // gaps beyond were not examined
         if ((p.a == handle || p.b == handle) && !p.small) out.reach = std::min(out.reach, p.reach);
     const std::vector<bool> tied = tied_bodies(system, handle, near, all);
     std::erase_if(near, [&](int c) { return !tied[std::size_t(all.contact[std::size_t(c)].a)]; });
@@ -107,6 +108,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
         std::sort(near.begin(), near.end());
     }
 
+    // ---- Rows of contacts and couplings
     std::vector<CouplingRow> joints;
     for (const Coupling& j : system.couplings)
         joints.push_back(coupling_row(system.refs, j));
@@ -120,6 +122,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     }
     make_rows(rows_of_all, rows);
 
+    // ---- W and J of all rows
     // W of all rows, the handle held; J of all rows.
     const double per = step.dynamic ? step.h * step.h : 1; // from impulse and velocity
     Eigen::MatrixXd W = Eigen::MatrixXd::Zero(rows.count, rows.count), own;
@@ -139,6 +142,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
                 W(rows.row[b][i], rows.row[b][j]) += per * own(Eigen::Index(i), Eigen::Index(j));
     }
 
+    // ---- Elimination of the couplings
     const int n = int(near.size());
     const Eigen::Index contact_rows =
         n < int(rows.chosen.size()) ? rows.first[std::size_t(n)] : rows.count;
@@ -165,6 +169,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
         J = through;
     }
 
+    // ---- Output: three rows for each contact, the spring of the handle
     // Three rows for every contact.
     out.W = Eigen::MatrixXd::Zero(3 * n, 3 * n);
     Contacts6 J3 = Contacts6::Zero(3 * n, 6);

@@ -178,21 +178,22 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
 
 /// Springs at closed contacts, so that the wire is stable without them: along the normals; if that
 /// is not enough, across the way that it slips (friction's direction holds it there, on a ridge,
-/// say). What falls all the same is pulled back as a whole, as if it were slowed down: stiffer
-/// springs at contacts that are about to open would hold a wire that has let go.
+/// state). What falls all the same is pulled back as a whole, as if it were slowed down: stiffer
+/// springs at contacts that are about to open would hold a wire that has released.
 /// @param ahead  where the hand is going, as far as that is known
 /// @param way  that the operator is for [m]
 /// @param most  [N/m] that it may push the hand on by
 /// @return  false if it is not stable, or pushes more
 bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candidate*>& chosen,
-          const std::vector<WireAhead>& ahead, double way, const BasePart& base, double most)
+          const std::vector<LookaheadSample>& ahead, double way, const BasePart& base, double most)
 {
     for (const Candidate* c : chosen) {
         if (!(c->normal > 0)) continue;
-        const bool stays = !ahead.empty() && std::ranges::all_of(ahead, [&](const WireAhead& a) {
-            const Candidate* there = find(a.contact, c->index);
-            return there && there->normal > 0;
-        });
+        const bool stays =
+            !ahead.empty() && std::ranges::all_of(ahead, [&](const LookaheadSample& a) {
+                const Candidate* there = find(a.contact, c->index);
+                return there && there->normal > 0;
+            });
         const double hard = kHold * c->stiffness;
         add_hold(K, *c, c->hn, stays ? hard : std::min(c->normal / (kGive * way), hard));
     }
@@ -216,7 +217,7 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
     const WireMaterial& m = wire.material;
     const double stiffest = *std::ranges::max_element(m.stiffness);
     const double shortest = std::ranges::min_element(m.law, {}, &ElementLaw::length)->length;
-    const Anchor unit = pull_back(wire, stiffest / shortest);
+    const ViscousPull unit = make_viscous_pull(wire, stiffest / shortest);
     before = 0;
     for (double pull = kLeastPull; pull < kMostPull; pull *= kNextPull) {
         for (std::size_t i = 0; i < unit.linear.size(); ++i)
@@ -233,19 +234,19 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
 
 /// Those that count most first: with force, near.
 std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double reach,
-                                     const std::vector<WireWay>& ways,
+                                     const std::vector<LookaheadPath>& ways,
                                      const ReductionOptions& options, Condensed& out)
 {
-    const auto closes = [](const std::vector<WireAhead>& ahead, std::int64_t index) {
-        return std::ranges::any_of(ahead, [&](const WireAhead& a) {
+    const auto closes = [](const std::vector<LookaheadSample>& ahead, std::int64_t index) {
+        return std::ranges::any_of(ahead, [&](const LookaheadSample& a) {
             const Candidate* there = find(a.contact, index);
             return there && there->normal > 0;
         });
     };
     std::vector<const Candidate*> chosen;
     for (const Candidate& c : all) {
-        const bool will =
-            std::ranges::any_of(ways, [&](const WireWay& w) { return closes(w.ahead, c.index); });
+        const bool will = std::ranges::any_of(
+            ways, [&](const LookaheadPath& w) { return closes(w.ahead, c.index); });
         if (c.normal > 0 || c.gap <= reach || will) chosen.push_back(&c);
     }
     const auto most = static_cast<std::size_t>(std::max(options.most_contacts, 0));
@@ -264,7 +265,7 @@ std::vector<const Candidate*> choose(const std::vector<Candidate>& all, double r
 
 /// What q(d) and rest are beyond first order where `ahead` is.
 /// @param way  displacement of the device to there
-CondensedLook find_bend(const Condensed& condensed, const WireAhead& ahead, const Vec6& way)
+CondensedSample find_bend(const Condensed& condensed, const LookaheadSample& ahead, const Vec6& way)
 {
     const std::size_t n = condensed.contact.size();
     Eigen::VectorXd r = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(3 * n));
@@ -276,7 +277,7 @@ CondensedLook find_bend(const Condensed& condensed, const WireAhead& ahead, cons
             same->tangential[1];
     }
     const Eigen::VectorXd given = condensed.W * r;
-    CondensedLook look;
+    CondensedSample look;
     look.at = ahead.share;
     look.bend.assign(n, Vec3::Zero());
     Vec6 force = condensed.stiffness * way;
@@ -299,9 +300,9 @@ CondensedLook find_bend(const Condensed& condensed, const WireAhead& ahead, cons
     return look;
 }
 
-/// What the looks saw. A displacement is split into its parts along the ways, as contacts see it:
+/// What the samples saw. A displacement is split into its parts along the ways, as contacts see it:
 /// pushes and turns are one then.
-void add_ways(Condensed& condensed, const std::vector<WireWay>& ways)
+void add_ways(Condensed& condensed, const std::vector<LookaheadPath>& ways)
 {
     Mat6 motion = Mat6::Zero();
     for (const CandidateContact& c : condensed.contact)
@@ -314,7 +315,7 @@ void add_ways(Condensed& condensed, const std::vector<WireWay>& ways)
             if (way == -along.col(j)) return j;
         return Eigen::Index{-1};
     };
-    for (const WireWay& w : ways) {
+    for (const LookaheadPath& w : ways) {
         if (opposite(w.way) >= 0) continue;
         along.conservativeResize(6, along.cols() + 1);
         along.rightCols<1>() = w.way;
@@ -322,14 +323,14 @@ void add_ways(Condensed& condensed, const std::vector<WireWay>& ways)
     const Eigen::MatrixXd parts =
         LdltFactor(along.transpose() * motion * along).solve_all(along.transpose() * motion);
     Eigen::Index next = 0;
-    for (const WireWay& w : ways) {
+    for (const LookaheadPath& w : ways) {
         const Eigen::Index other = opposite(w.way);
-        CondensedWay& out = condensed.way.emplace_back();
+        CondensedPath& out = condensed.way.emplace_back();
         if (other < 0)
             out.ahead = parts.row(next++);
         else
             out.ahead = -parts.row(other);
-        for (const WireAhead& there : w.ahead)
+        for (const LookaheadSample& there : w.ahead)
             out.look.push_back(find_bend(condensed, there, there.share * w.way));
     }
     if (condensed.way.size() == 1) condensed.way[0].backwards = true;
@@ -351,8 +352,8 @@ Wrench force_on_hand(const Wire& wire)
     return {-Vec3(g[0], g[1], g[2]), -rotation_matrix(a.q) * Vec3(g[3], g[4], g[5])};
 }
 
-Condensed condense_wire(WireBody& body, const ReductionOptions& options, const Anchor& anchor,
-                        const std::vector<WireWay>& ways)
+Condensed condense_wire(WireBody& body, const ReductionOptions& options, const ViscousPull& anchor,
+                        const std::vector<LookaheadPath>& ways)
 {
     Condensed out;
     const Wire& wire = body.wire;
@@ -376,7 +377,7 @@ Condensed condense_wire(WireBody& body, const ReductionOptions& options, const A
     const double way = out.reach * options.periods_ahead() / (options.latency + 1);
     const BasePart base = base_part(wire);
     BlockTridiagonal K = copy_of(body.work->base);
-    const std::vector<WireAhead> nowhere;
+    const std::vector<LookaheadSample> nowhere;
     out.solvable = hold(K, wire, chosen, ways.empty() ? nowhere : ways[0].ahead, way, base, most);
     const Solver solve(K);
 
@@ -430,13 +431,13 @@ Condensed condense_wire(WireBody& body, const ReductionOptions& options, const A
     return out;
 }
 
-WireAhead look_ahead(WireBody& body, const StepStart& start, double reach)
+LookaheadSample sample_ahead(WireBody& body, const StepStart& start, double reach)
 {
-    WireAhead out;
+    LookaheadSample out;
     out.force = force_on_hand(body.wire);
     NewtonOptions newton;
     newton.reach = reach;
-    residual_of(body.wire, body.walls, start, Anchor{}, newton, *body.work);
+    residual_of(body.wire, body.walls, start, ViscousPull{}, newton, *body.work);
     out.contact = body.work->candidates;
     out.state = body.wire.state;
     return out;

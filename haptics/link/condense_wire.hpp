@@ -8,26 +8,28 @@ namespace amontons {
 /// Force of a wire on the hand that holds its base: at the sheath, or at the clamp of node 0.
 Wrench force_on_hand(const Wire& wire);
 
-/// Where a wire's contacts went on the way of its base, for those of its start.
-struct WireAhead {
-    double share = 0;               ///< of that way
+/// Where a wire's contacts continued the way of its base, for those of its start.
+struct LookaheadSample {
+    double share = 0;               ///< of that way (share)
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
-    WireState state;                ///< there: the wire goes on from it if it has jumped
+    WireState state;                ///< there: the wire continues from it if it has jumped
 };
-WireAhead look_ahead(WireBody& body, const StepStart& start, double reach);
+/// Samples the state after a motion of the base by `reach` along its last one.
+LookaheadSample sample_ahead(WireBody& body, const StepStart& start, double reach);
 
 /// Looks on one way of the hand, the nearest first.
-struct WireWay {
+struct LookaheadPath {
     Vec6 way = Vec6::Zero(); ///< of the device to its end
-    std::vector<WireAhead> ahead;
+    std::vector<LookaheadSample> ahead;
 };
 
 /// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
 /// @param body  in balance; only its work arrays change
 /// @param anchor  of the increment of a snap that the wire is in
 /// @param ways  where it may go, as far as that is known, first where it is going
-Condensed condense_wire(WireBody& body, const ReductionOptions& options, const Anchor& anchor = {},
-                        const std::vector<WireWay>& ways = {});
+Condensed condense_wire(WireBody& body, const ReductionOptions& options,
+                        const ViscousPull& anchor = {},
+                        const std::vector<LookaheadPath>& ways = {});
 
 } // namespace amontons

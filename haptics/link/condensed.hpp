@@ -26,7 +26,7 @@ struct ReductionOptions {
     /// What the handle can move until the operator after this one comes: latency and one period
     /// more, and a tenth [m].
     double reach() const { return 1.1 * speed * period * (latency + 1); }
-    /// How far it is looked ahead, and operators are made good for: what comes later is late [-].
+    /// How far it is predicted, and operators are made good for: what comes later is late [-].
     int periods_ahead() const { return std::min(latency, 1) + 1; }
     /// The same at most_speed: so far the nearest contacts at least are handed over, so that
     /// nothing is passed through [m].
@@ -34,7 +34,7 @@ struct ReductionOptions {
 };
 
 /// What q and the rest of the force are beyond first order, some way on.
-struct CondensedLook {
+struct CondensedSample {
     double at = 0;          ///< of `ahead` [-]
     std::vector<Vec3> bend; ///< of each contact's q [m]
     Wrench rest;
@@ -42,10 +42,10 @@ struct CondensedLook {
 };
 
 /// Where the hand may go, and what was seen there.
-struct CondensedWay {
-    Vec6 ahead = Vec6::Zero();       ///< [1/m], [1/rad]
-    bool backwards = false;          ///< the other way round, too
-    std::vector<CondensedLook> look; ///< kMostLooks at most
+struct CondensedPath {
+    Vec6 ahead = Vec6::Zero();         ///< [1/m], [1/rad]
+    bool backwards = false;            ///< the other way round, too
+    std::vector<CondensedSample> look; ///< kMostLooks at most
 };
 
 /// The reduced problem of a step, in double and in full.
@@ -54,11 +54,12 @@ struct Condensed {
     Eigen::MatrixXd W; ///< spring and damper included [m/N]
     double reach = 0;  ///< handle motion within which no other contact can close [m]
     int left_out = 0;  ///< candidates beyond most_contacts: their forces are held as they are
-    // On the hand without contact forces, see ReducedOperator.
+    /// On the hand without contact forces, see ReducedOperator.
     Wrench rest;
+    /// Their derivative by the displacement [N/m, N m/rad].
     Mat6 stiffness = Mat6::Zero();
-    std::vector<CondensedWay> way; ///< kMostWays at most; first where the hand is going
-    HandPose handle;               ///< that this is of
+    std::vector<CondensedPath> way; ///< kMostWays at most; first where the hand is going
+    HandPose handle;                ///< that this is of
     /// Where the body in the hand jumps on the first way, and what holds from there on: one, if
     /// any.
     double jump_at = std::numeric_limits<double>::infinity(); ///< of its `ahead` [-]

@@ -15,14 +15,14 @@ struct Stamp {
     std::uint64_t sequence = 0;
 };
 
-void fill(LookedWay& way, const CondensedWay& condensed, int capacity)
+void fill(SampledPath& way, const CondensedPath& condensed, int capacity)
 {
     way.ahead = condensed.ahead;
     way.backwards = condensed.backwards;
     way.looks = static_cast<int>(condensed.look.size());
     way.bend.resize(static_cast<std::size_t>(capacity) * kMostLooks);
     for (std::size_t k = 0; k < condensed.look.size(); ++k) {
-        const CondensedLook& look = condensed.look[k];
+        const CondensedSample& look = condensed.look[k];
         way.at[k] = look.at;
         way.rest[k] = look.rest;
         for (std::size_t i = 0; i < look.bend.size(); ++i)

@@ -36,7 +36,7 @@ public:
     virtual const std::vector<Issue>& warnings() const = 0;
 
     /// A step of one period (the first: of none) with the device there at its end. Where it is
-    /// refused, the device is met half way, and so on; false if it cannot be met at all: nothing
+    /// refused, the device is found half way, and so on; false if it cannot be met at all: nothing
     /// has then moved.
     virtual bool step(const HandPose& device) = 0;
     /// The operator of the last step. Allocates; for the simulation's thread.
@@ -44,33 +44,37 @@ public:
     template <class Real>
     bool publish(ReducedOperator<Real>& op, double time, std::uint64_t sequence);
 
-    /// Goes on where another link is, with what its scene says now: the same bodies with other
-    /// materials, holds or loads.
+    /// Continues where another link is, with what its scene specifies now: the same bodies with
+    /// other materials, holds or loads.
     /// @return  false if the bodies are not the same; nothing is taken over then
     virtual bool take_over(const HandleLink& before) = 0;
 
-    // What all bodies look like now, and the forces between them.
+    /// What all bodies resemble now, and the forces between them.
     virtual std::vector<BeamRecord> beam_records() const { return {}; }
+    /// Bodies, as the step records have them.
     virtual std::vector<BodyRecord> body_records() const { return {}; }
+    /// Contacts of the last step.
     virtual std::vector<ContactRecord> contact_records() const = 0;
 
-    virtual HandPose device() const = 0;     ///< that the last step met
+    virtual HandPose device() const = 0;     ///< of the last step
     virtual Wrench force() const = 0;        ///< of the full simulation on the hand
     virtual std::string refusal() const = 0; ///< of the last try that was not accepted
     const Condensed& condensed() const { return condensed_; } ///< what publish() handed over
 
     void set_most_contacts(int most) { most_contacts_ = most; } ///< of the operators to come
+    /// Steps so far.
     int steps() const { return count_.steps; }
     int refused() const { return count_.refused; }        ///< tries that were not accepted
     int most_left_out() const { return count_.left_out; } ///< candidates that are not handed over
     /// Steps that met the device half way at most, or not at all.
-    int not_met() const { return count_.not_met; }
-    int snapping() const { return count_.snapping; } ///< steps that a snap went on beyond
+    int not_touched() const { return count_.not_touched; }
+    int snapping() const { return count_.snapping; } ///< steps that a snap continued beyond
+    /// Of the simulation [s].
     double time() const { return count_.time; }
 
 protected:
     struct Count {
-        int steps = 0, refused = 0, not_met = 0, snapping = 0, left_out = 0;
+        int steps = 0, refused = 0, not_touched = 0, snapping = 0, left_out = 0;
         double time = 0; ///< [s]
     };
     HandleLink(const ReductionOptions& condense)

@@ -38,7 +38,7 @@ void HeldBody::put(const HandPose& pose)
     drive();
 }
 
-Vec6 HeldBody::give() const
+Vec6 HeldBody::spring_compliance() const
 {
     const double per = step_.dynamic ? 1 / (step_.h * step_.h) : 1;
     Vec6 c;
@@ -105,7 +105,7 @@ void HeldBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
     held_compliance(C, W);
     const Eigen::MatrixXd frame = C.bottomRows(6);
-    const Eigen::MatrixXd moved = give().asDiagonal() * frame;
+    const Eigen::MatrixXd moved = spring_compliance().asDiagonal() * frame;
     W.noalias() += frame.transpose() * moved;
     W = 0.5 * (W + W.transpose()).eval();
 }
@@ -115,15 +115,15 @@ Eigen::VectorXd HeldBody::solve(const Eigen::VectorXd& force)
     const int n = inner_.unknowns();
     Eigen::VectorXd y(n + 6);
     if (n > 0) y.head(n) = inner_.solve(force.head(n));
-    y.tail<6>() = give().cwiseProduct(force.tail<6>());
+    y.tail<6>() = spring_compliance().cwiseProduct(force.tail<6>());
     return y;
 }
 
-void HeldBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void HeldBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                       const Eigen::VectorXd& force)
 {
     const int n = inner_.unknowns();
-    if (n > 0) inner_.change(y.head(n), mode, force.head(n));
+    if (n > 0) inner_.update(y.head(n), mode, force.head(n));
     const Vec6 moved = (step_.dynamic ? step_.h : 1) * y.tail<6>();
     now_.position += moved.head<3>();
     now_.rotation = (turn(moved.tail<3>()) * now_.rotation).normalized();
@@ -137,8 +137,8 @@ double HeldBody::imbalance(const Eigen::VectorXd& force)
     // Springs: displacement to the device = - give * force, axis by axis.
     const Vec6 f = force.tail<6>();
     const Vec6 off = (step_.dynamic ? 1 / step_.h : 1) * amontons::displacement(device_, now_) -
-                     give().cwiseProduct(f);
-    const Vec6 size = give().cwiseProduct(f);
+                     spring_compliance().cwiseProduct(f);
+    const Vec6 size = spring_compliance().cwiseProduct(f);
     const double shift = size.head<3>().norm(), swing = size.tail<3>().norm();
     double own = 0;
     if (shift > 0) own = off.head<3>().norm() / shift;

@@ -15,7 +15,7 @@ namespace amontons {
 class HeldBody final : public Body {
 public:
     /// @param body    of a body whose motion is prescribed; outlives this
-    /// @param origin  of the handle, in the body's own coordinates [m]: turns go about it
+    /// @param origin  of the handle, in the body's own coordinates [m]: turns are about it
     HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& spring);
 
     /// Where the device wants the handle at the end of the steps to come.
@@ -32,7 +32,7 @@ public:
     int unknowns() const override { return inner_.unknowns() + 6; }
     bool nonlinear() const override { return inner_.nonlinear(); }
     void begin(const StepInput& step) override;
-    bool stand_at_start() override { return inner_.stand_at_start(); }
+    bool reset_to_start() override { return inner_.reset_to_start(); }
     void linearise() override { inner_.linearise(); }
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
@@ -46,7 +46,7 @@ public:
     const Eigen::MatrixXd& modes() const override { return inner_.modes(); }
     Eigen::VectorXd mode_load() const override { return inner_.mode_load(); }
     std::string mode_name(const Eigen::VectorXd& a) const override { return inner_.mode_name(a); }
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
@@ -59,7 +59,7 @@ public:
     void set_state(std::span<const double> state) override;
 
 private:
-    Vec6 give() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
+    Vec6 spring_compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
     void drive();
     Placement placement(const HandPose& pose) const;
 

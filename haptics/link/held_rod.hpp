@@ -17,6 +17,7 @@ WireBody make_held_rod(const Scene& scene, const RodInput& rod,
 
 /// Where the device is, of such a wire; and brings it elsewhere, the rest of the wire as it is.
 HandPose device_of(const Wire& rod);
+/// Moves the first node of a held rod to the device.
 void place_device(Wire& rod, const HandPose& device);
 
 } // namespace amontons

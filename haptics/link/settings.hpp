@@ -8,8 +8,11 @@ namespace amontons {
 
 /// What follows from a scene's "haptic" and the profile of the device.
 struct HapticSettings {
+    /// Device, by its profile.
     DeviceSpec device;
+    /// Options of the fast loop.
     HapticOptions loop;
+    /// Options of the simulation's side.
     LinkOptions link;
     HandOptions hand; ///< its path is HandleLink::path
 };
@@ -17,7 +20,7 @@ struct HapticSettings {
 /// The spring between device and handle that a scene does not name: the device's own largest
 /// stiffness, but no more than half of what the virtual wall stays stable with at this rate when
 /// the hand damps by 1 N s/m at least (K < 2 b / T; Colgate & Schenkel). A hand that is lighter
-/// than this is held by passivity control.
+/// than this is held by passivity control [N/m].
 double coupling_stiffness(const DeviceSpec& device, double rate);
 
 /// @param late  ticks that may come late in a row, for which passivity control allows

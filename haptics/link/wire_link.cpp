@@ -26,37 +26,37 @@ constexpr int kAside = 4;          // ... and back and aside
 // The same by the clock, and how much of a period they may take.
 constexpr int kLooksInTime = 4, kAsideInTime = 2;
 constexpr double kLookTime = 0.4;
-constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is looked ahead
+constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is predicted
 constexpr double kAtRest = 1e-2;    // of that, and less
 constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
 // Of q beyond first order, over the way of the contacts: more is a jump. Where the hand is going
 // what holds after it is handed over, too, and it may be called one for little.
 constexpr double kMostBend = 0.5, kMostAside = 2;
 constexpr int kMostJumps = 4;         // of the wire on the way, that are foreseen
-constexpr double kJumpAt = 1.0 / 128; // of the way looked ahead: that a jump is known to
+constexpr double kJumpAt = 1.0 / 128; // of the way predicted: that a jump is known to
 constexpr double kSnapWork = 1e5;     // of a snap in parts: Newton's iterations, times elements,
                                       // in a second of the simulation
 
 using Clock = std::chrono::steady_clock;
 
 /// What a step may do to be accepted.
-enum class Means {
+enum class StepPolicy {
     newton, ///< Newton's method alone
     relax,  ///< or cross a snap
     look    ///< Newton's method, and whatever its energy balance misses: it is taken back
 };
 
-/// What the looks after a step found.
-struct Foresight {
-    std::vector<WireWay> ways; ///< first where the hand is going; none if it is not known
-    bool falls = false;        ///< beyond the last look on the first way
-    WireAhead landed;          ///< where the wire is after a jump that a step did not notice
+/// What the samples after a step found.
+struct Lookahead {
+    std::vector<LookaheadPath> ways; ///< first where the hand is going; none if it is not known
+    bool falls = false;              ///< beyond the last sample on the first way
+    LookaheadSample landed;          ///< where the wire is after a jump that a step did not notice
 };
 
-std::size_t looks_before_jump(const CondensedWay& way, double most)
+std::size_t samples_before_jump(const CondensedPath& way, double most)
 {
     const auto jump =
-        std::ranges::find_if(way.look, [&](const CondensedLook& l) { return l.jump > most; });
+        std::ranges::find_if(way.look, [&](const CondensedSample& l) { return l.jump > most; });
     return static_cast<std::size_t>(jump - way.look.begin());
 }
 
@@ -81,13 +81,13 @@ struct WireLink::State {
     std::vector<Issue> warnings;
     std::vector<int> walls; // obstacles that the wire can touch
     WireBody body;
-    HandPose start, device; // device: that the last step met
+    HandPose start, device; // device: of the last step
     HandPose before;        // the same of the step before
     bool rod = false;
     Vec3 axis = Vec3::Zero(); // of a beam
     double first = 0;         // insertion at the start [m]
     bool started = false;     // the first step is one of no time
-    Relaxation snap;          // that the last step left under way
+    GradientFlow snap;        // that the last step left under way
     bool in_parts = false;    // snaps are, since the clock counts
     ReductionOptions options;
     Clock::time_point began; // condensing
@@ -97,14 +97,14 @@ struct WireLink::State {
     void build_beam(const std::vector<Obstacle>& obstacles, const HandleSpring& spring);
     const BeamInput& beam() const { return scene.beams[0]; }
     BaseTarget target(const HandPose& pose) const;
-    StepReport advance(const HandPose& to, double period, Means means);
+    StepReport advance(const HandPose& to, double period, StepPolicy means);
     Vec6 way_ahead() const;
     bool in_time() const;
     std::vector<Vec6> ways_aside(const Vec6& way) const;
-    bool go_on(const HandPose& to, Means means);
-    bool look(WireWay& way, double longest);
-    Foresight look_around(const Vec6& way);
-    Condensed condense(Foresight& foresight);
+    bool go_on(const HandPose& to, StepPolicy means);
+    bool look(LookaheadPath& way, double longest);
+    Lookahead sample_paths(const Vec6& way);
+    Condensed condense(Lookahead& foresight);
     Condensed condense();
     Condensed condense(const Vec6& way, int jumps);
 };
@@ -140,7 +140,7 @@ void WireLink::State::build_beam(const std::vector<Obstacle>& obstacles, const H
     if (!scene.solids.empty())
         throw InputError({{scene.file, "/bodies/" + scene.solids[0].name,
                            "the wall of a vessel that "
-                           "gives way beside a wire in the hand",
+                           "is compliant beside a held wire",
                            "an obstacle"}});
     body = build_wire(scene, beam(), obstacles, {}, walls);
     std::vector<std::string> names;
@@ -149,8 +149,8 @@ void WireLink::State::build_beam(const std::vector<Obstacle>& obstacles, const H
     check_start(scene, beam(), body, names, obstacles, issues);
     if (!issues.empty()) throw InputError(std::move(issues));
     Sheath& sheath = *body.wire.sheath;
-    sheath.give = 1 / spring.stiffness;
-    sheath.turn_give = 1 / spring.turn_stiffness;
+    sheath.compliance = 1 / spring.stiffness;
+    sheath.turn_compliance = 1 / spring.turn_stiffness;
     axis = sheath.frame.col(0);
     first = body.wire.state.base_insertion;
     start.position = beam().introducer.at;
@@ -168,14 +168,15 @@ BaseTarget WireLink::State::target(const HandPose& pose) const
 
 // A rod's snap takes a hundred Newton solves and more, as long as several steps. By the clock it is
 // crossed in parts, one a step, and what is handed over in between is the rod on its way, held by
-// the pull of the relaxation, while the hand goes on: a rod takes its time, too.
-StepReport WireLink::State::advance(const HandPose& to, double period, Means means)
+// the pull of the relaxation, while the hand continues: a rod takes its time, too.
+StepReport WireLink::State::advance(const HandPose& to, double period, StepPolicy means)
 {
     WireGroup group{{&body}, nullptr};
     if (!rod) {
         const std::vector<BaseTarget> base{target(to)};
-        return means == Means::relax ? try_or_relax(group, base)
-                                     : try_step(group, base, period, means == Means::look);
+        return means == StepPolicy::relax
+                   ? try_or_relax(group, base)
+                   : try_step(group, base, period, means == StepPolicy::look);
     }
     const WireState old = body.wire.state;
     const std::vector<BaseTarget> base{{old.base_insertion, old.base_twist}};
@@ -183,7 +184,7 @@ StepReport WireLink::State::advance(const HandPose& to, double period, Means mea
     // The work of a clamp that moves is not in the balance of wires.
     StepReport r;
     if (!snap.under_way) r = try_step(group, base, period, true);
-    if (!r.accepted && means == Means::relax)
+    if (!r.accepted && means == StepPolicy::relax)
         r = relax_step(group, base, in_parts ? &snap : nullptr);
     if (!r.accepted) body.wire.state = old;
     return r;
@@ -225,7 +226,7 @@ std::vector<Vec6> WireLink::State::ways_aside(const Vec6& way) const
 }
 
 /// A step on the way.
-bool WireLink::State::go_on(const HandPose& to, Means means)
+bool WireLink::State::go_on(const HandPose& to, StepPolicy means)
 {
     if (!advance(to, options.period, means).accepted || !body.wire.outside()) return false;
     device = to;
@@ -235,17 +236,17 @@ bool WireLink::State::go_on(const HandPose& to, Means means)
 /// Steps on a way, which stay taken; shorter ones where they are refused.
 /// @param longest  of them [-]
 /// @return  true if the wire loses its stability beyond the last of them
-bool WireLink::State::look(WireWay& way, double longest)
+bool WireLink::State::look(LookaheadPath& way, double longest)
 {
     const HandPose from = device;
     const StepStart begin = mark_step_start(body.wire);
     double done = 0, step = longest;
     while (done < 1 && way.ahead.size() < kMostLooks && in_time()) {
         const double share = std::min(done + step, 1.0);
-        if (go_on(moved(from, share * way.way), Means::look)) {
+        if (go_on(moved(from, share * way.way), StepPolicy::look)) {
             done = share;
             step = std::min(2 * step, longest);
-            way.ahead.push_back(look_ahead(body, begin, options.reach()));
+            way.ahead.push_back(sample_ahead(body, begin, options.reach()));
             way.ahead.back().share = share;
         } else {
             step /= 2;
@@ -256,14 +257,14 @@ bool WireLink::State::look(WireWay& way, double longest)
 }
 
 /// Looks where the hand is going, and where else it may go.
-Foresight WireLink::State::look_around(const Vec6& way)
+Lookahead WireLink::State::sample_paths(const Vec6& way)
 {
-    Foresight out;
+    Lookahead out;
     if (way.isZero() || !body.wire.outside()) return out;
     const WireState here = body.wire.state;
     const HandPose at = device;
     const auto look_along = [&](const Vec6& along, int looks) {
-        const bool falls = look(out.ways.emplace_back(WireWay{along, {}}),
+        const bool falls = look(out.ways.emplace_back(LookaheadPath{along, {}}),
                                 1.0 / (looks * options.periods_ahead()));
         device = at;
         body.wire.state = here;
@@ -278,24 +279,24 @@ Foresight WireLink::State::look_around(const Vec6& way)
     return out;
 }
 
-/// Condenses with the looks before the first that is a jump, on each way; half of them at a time
+/// Condenses with the samples before the first that is a jump, on each way; half of them at a time
 /// where the operator cannot be solved.
-Condensed WireLink::State::condense(Foresight& foresight)
+Condensed WireLink::State::condense(Lookahead& foresight)
 {
-    std::vector<WireWay>& ways = foresight.ways;
+    std::vector<LookaheadPath>& ways = foresight.ways;
     for (;;) {
         Condensed condensed = condense_wire(body, options, {}, ways);
         bool cut = false;
         for (std::size_t i = 0; i < ways.size(); ++i) {
-            std::vector<WireAhead>& ahead = ways[i].ahead;
+            std::vector<LookaheadSample>& ahead = ways[i].ahead;
             const std::size_t good =
                 condensed.solvable
-                    ? looks_before_jump(condensed.way[i], i == 0 ? kMostBend : kMostAside)
+                    ? samples_before_jump(condensed.way[i], i == 0 ? kMostBend : kMostAside)
                     : ahead.size() / 2;
             if (good == ahead.size()) continue;
             if (i == 0) {
                 foresight.falls = false;
-                foresight.landed = condensed.solvable ? ahead[good] : WireAhead{};
+                foresight.landed = condensed.solvable ? ahead[good] : LookaheadSample{};
             }
             ahead.resize(good);
             cut = true;
@@ -304,21 +305,21 @@ Condensed WireLink::State::condense(Foresight& foresight)
     }
 }
 
-// The hand goes on: steps to where it will be until the operator after this one comes, which are
-// taken back. They tell which contacts stay closed. And a point of the wire that slides along a
+// The hand continues: steps to where it will be until the operator after this one comes, which are
+// taken back. They report which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
 // made of; no first derivative knows it. Where the wire jumps on the way, what holds from there on
 // is handed over with what holds until then.
 Condensed WireLink::State::condense(const Vec6& way, int jumps)
 {
-    Foresight foresight = look_around(way);
+    Lookahead foresight = sample_paths(way);
     Condensed condensed = condense(foresight);
     const bool falls = foresight.falls, landed = foresight.landed.share > 0;
     if (jumps == 0 || !condensed.solvable || (!falls && !landed)) return condensed;
 
     const WireState here = body.wire.state;
     const HandPose at = device;
-    const std::vector<WireAhead>& ahead = foresight.ways[0].ahead;
+    const std::vector<LookaheadSample>& ahead = foresight.ways[0].ahead;
     const double last = ahead.empty() ? 0 : ahead.back().share;
     const double there = falls ? last + kJumpAt : foresight.landed.share;
     if (falls && !ahead.empty()) {
@@ -329,7 +330,7 @@ Condensed WireLink::State::condense(const Vec6& way, int jumps)
         body.wire.state = foresight.landed.state;
         device = moved(at, there * way);
     }
-    if (landed || go_on(moved(at, there * way), Means::relax)) {
+    if (landed || go_on(moved(at, there * way), StepPolicy::relax)) {
         condensed.after.push_back(condense(std::max(0.0, 1 - there) * way, jumps - 1));
         condensed.after[0].handle = device;
         condensed.jump_at = falls ? there : (last + there) / 2;
@@ -397,7 +398,7 @@ bool WireLink::step(const HandPose& device)
         const HandPose next = between(from, device, done + share);
         const bool may_relax = s.snap.under_way || share <= (s.in_parts ? kRelaxPart : kRelaxFrom);
         const StepReport report =
-            s.advance(next, condense_.period, may_relax ? Means::relax : Means::newton);
+            s.advance(next, condense_.period, may_relax ? StepPolicy::relax : StepPolicy::newton);
         if (report.accepted) {
             s.device = next;
             done += share;
@@ -412,10 +413,10 @@ bool WireLink::step(const HandPose& device)
         if (share < kSmallest) break;
     }
     if (done == 0) {
-        ++count_.not_met;
+        ++count_.not_touched;
         return false;
     }
-    count_.not_met += done < 1 - 1e-9;
+    count_.not_touched += done < 1 - 1e-9;
     if (s.started) {
         count_.time += condense_.period;
         ++count_.steps;
@@ -431,7 +432,7 @@ Condensed WireLink::condense_step(int most)
     options.most_contacts = most;
     if (!state_->snap.under_way) return state_->condense();
     Condensed condensed;
-    Anchor pull = state_->snap.anchor[0];
+    ViscousPull pull = state_->snap.anchor[0];
     for (int i = 0; i < kPulls; ++i) {
         for (std::size_t k = 0; k < pull.linear.size(); ++k) {
             pull.linear[k] *= kStiffer;

@@ -96,7 +96,7 @@ template <class Real> bool ProxyLoop<Real>::solve_closed()
             add_reaction(c.contact, change);
         }
         changed = true;
-        if (!meet_contacts()) break;
+        if (!close_penetrating()) break;
     }
     return changed;
 }
@@ -153,7 +153,7 @@ template <class Real> bool ProxyLoop<Real>::leave_cones()
 }
 
 /// Closes what overlaps, lets stick what slips along its friction, and friction follow the slip.
-template <class Real> bool ProxyLoop<Real>::meet_contacts()
+template <class Real> bool ProxyLoop<Real>::close_penetrating()
 {
     const double content = 0.5 * options_.tolerance * size_;
     bool any = false;
@@ -205,13 +205,13 @@ template void ProxyLoop<float>::reserve_closed();
 template bool ProxyLoop<float>::solve_closed();
 template bool ProxyLoop<float>::solve_statuses();
 template bool ProxyLoop<float>::leave_cones();
-template bool ProxyLoop<float>::meet_contacts();
+template bool ProxyLoop<float>::close_penetrating();
 template void ProxyLoop<float>::restore_closed();
 template void ProxyLoop<double>::reserve_closed();
 template bool ProxyLoop<double>::solve_closed();
 template bool ProxyLoop<double>::solve_statuses();
 template bool ProxyLoop<double>::leave_cones();
-template bool ProxyLoop<double>::meet_contacts();
+template bool ProxyLoop<double>::close_penetrating();
 template void ProxyLoop<double>::restore_closed();
 
 } // namespace amontons

@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// The last stage of a tick: every wrench that goes to the device passes it, in every state.
+/// The last stage of a tick: every wrench that is passed to the device passes it, in every state.
 ///
 /// largest force -> ramp of the state -> what may be sent (Limiter) -> passivity. What comes after
 /// the limiter scales the wrench down, or adds damping that the limiter admits. So, in every tick,
@@ -25,7 +25,7 @@ public:
     {
     }
 
-    /// What goes to the device in this tick; call Safety::watch and Passivity::observe before.
+    /// What is passed to the device in this tick; call Safety::watch and Passivity::observe before.
     /// @param computed  null: nothing was
     /// @param new_pose  of the device, measured since the tick before
     Wrench send(const Wrench* computed, bool new_pose);

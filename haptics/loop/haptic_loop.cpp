@@ -65,7 +65,7 @@ TickRecord HapticLoop<Real>::tick(const DeviceSample& sample,
     Passivity& passivity = output_.passivity;
     const double periods = last_time_ < 0 ? 1 : std::round((time - last_time_) / options_.period);
     late_ = std::clamp(periods, 1 + (late_ - 1) * std::exp(-options_.period / kLateFor), kLatest);
-    passivity.expect_late(static_cast<int>(std::ceil(late_ - 0.5)));
+    passivity.expect_delayed(static_cast<int>(std::ceil(late_ - 0.5)));
     last_time_ = time;
     proxy_.begin();
     if (operators.fetch() && proxy_.take(operators.front(), time)) {

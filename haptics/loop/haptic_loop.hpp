@@ -7,6 +7,7 @@
 
 namespace amontons {
 
+/// All options of the fast loop.
 struct HapticOptions {
     double period = 1e-3; ///< of the loop [s]; overrides those below
     ProxyOptions proxy;
@@ -52,7 +53,7 @@ public:
     TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
                     double time, bool simulation_stopped = false);
 
-    /// That share in [0, 1] of the last wrench: what goes to the device after the last tick.
+    /// That share in [0, 1] of the last wrench: what is passed to the device after the last tick.
     Wrench fade_out(double share) { return output_.fade_out(share); }
 
     /// Where a device's pose has the handle: the same, or by the clutch; one that jumped away from
@@ -61,8 +62,11 @@ public:
     HandPose handle_of(const HandPose& device) const;
 
     const ProxyLoop<Real>& proxy() const { return proxy_; }
+    /// Faults and states.
     const Safety& safety() const { return output_.safety; }
+    /// Limits of the force.
     const Limiter& limiter() const { return output_.limiter; }
+    /// Energy given to the hand.
     const Passivity& passivity() const { return output_.passivity; }
 
 private:

@@ -20,6 +20,7 @@ struct LimiterOptions {
     /// A force that changes by more than this in a tick is reached in `interpolation` equal steps,
     /// each towards the newest target: the limiter by interpolation [N], [N m].
     double interpolate_above = std::numeric_limits<double>::infinity();
+    /// Above this torque the change is interpolated [N m].
     double interpolate_torque_above = std::numeric_limits<double>::infinity();
     int interpolation = 10; ///< steps, >= 1 [-]
 };
@@ -54,8 +55,11 @@ public:
     /// What was sent in the end, if something after the limiter changed it.
     void sent(const Wrench& wrench) { last_ = wrench; }
 
+    /// Ticks whose force was interpolated.
     long ticks_interpolated() const { return interpolated_; }
+    /// Ticks whose change was limited.
     long ticks_slewed() const { return slewed_; }
+    /// Ticks whose size was limited.
     long ticks_clamped() const { return clamped_; }
 
 private:

@@ -22,10 +22,10 @@
 //
 // Where the simulation has snapped to another state, offsets are as long as its jump, and contacts
 // would open and close in a tick or two while they fade; or normals have turned so far that a
-// reaction has left its cone, and with that r the premise is gone. Then the new operator is solved
+// reaction has left its cone, and with that r the premise is lost. Then the new operator is solved
 // by itself, and the whole difference is bled off as a wrench. The same where the last tick held
 // the force of one before, since it had found no answer: its reactions are none. If one tick has no
-// time for it, the next ones go on, and the force waits for them.
+// time for it, the next ones continue, and the force waits for them.
 
 namespace amontons {
 
@@ -52,7 +52,7 @@ template <class Real> void ProxyLoop<Real>::remember()
 }
 
 /// Continues at the pose of the last tick as if nothing had happened.
-/// @param anew  the reactions so far are nothing to go on from
+/// @param anew  the reactions so far are nothing to continue from
 template <class Real> void ProxyLoop<Real>::adopt(double time, bool anew)
 {
     const auto end = memory_.begin() + remembered_;
@@ -66,7 +66,8 @@ template <class Real> void ProxyLoop<Real>::adopt(double time, bool anew)
         slip_time_[at(i)] = time;
         if (known == end || known->id != contact(i).id) continue;
         r_[at(i)] = contact(i).frame.transpose() * known->r / newton;
-        before_[at(i)] = contact(i).frame.transpose() * known->before / newton; // the trend goes on
+        before_[at(i)] =
+            contact(i).frame.transpose() * known->before / newton; // the trend continues
         slip_time_[at(i)] = known->slip_time;
         ++matched_;
     }

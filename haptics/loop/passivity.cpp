@@ -6,7 +6,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kMostHeld = 20; // ticks from one pose to the next that are looked ahead
+constexpr double kMostHeld = 20; // ticks from one pose to the next that are predicted
 
 } // namespace
 

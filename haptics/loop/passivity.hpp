@@ -8,6 +8,7 @@
 
 namespace amontons {
 
+/// Options of passivity control.
 struct PassivityOptions {
     bool control = true;            ///< false: count only
     double period = 1e-3;           ///< of the loop [s]
@@ -19,12 +20,12 @@ struct PassivityOptions {
     /// How many ticks a force may be held because the next one comes late, >= 1.
     int horizon = 1;
     /// Least mass of device and hand: bounds how far a new force pushes in a tick; 0: not counted
-    /// [kg].
+    /// [kg]
     double least_mass = 0;
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
     double leak = 0;
-    /// What a tick that comes later than `horizon` says may give beyond the credit: that it comes
+    /// What a tick that comes later than `horizon` states may give beyond the credit: that it comes
     /// so late just then, while the hand moves off as fast as it may, is unlikely [J].
     double late_trust = 2e-6;
     /// Credit to begin with, which bounds the energy that may be given in all. Without any, a force
@@ -37,14 +38,14 @@ struct PassivityOptions {
 enum class Motion {
     known,   ///< a pose came
     unknown, ///< none did: what the hand does since the last one counts as predicted
-    fault,   ///< the force goes away by itself, evenly: what might come is no reason to drop it,
+    fault,   ///< the force vanishes by itself, evenly: what might come is no reason to drop it,
              ///< only what is predicted
 };
 
-/// Counts and controls the energy that goes to the hand.
+/// Counts and controls the energy that is passed to the hand.
 ///
 /// The force is held over a tick, so the work of a tick is exactly F . (x_k - x_(k-1)), however
-/// late the tick came: no velocity is estimated. The control looks ahead: with the motion of the
+/// late the tick came: no velocity is estimated. The control predicts: with the motion of the
 /// last tick as forecast, and its last change as what may be added, it first damps, then scales the
 /// force so that the work until the next pose does not exceed the credit: that of the wrenches sent
 /// since the last pose, which may be some ticks ago, and of the one to send. Source of the idea:
@@ -59,19 +60,19 @@ public:
     }
 
     /// Counts the work on the way to this pose, done by the wrench sent before; by their mean, if
-    /// several were: of a device that tells its pose every few ticks. The next one is expected
+    /// several were: of a device that reports its pose every few ticks. The next one is expected
     /// after as many.
-    /// @param time  of the pose: a late tick has gone farther [s]
+    /// @param time  of the pose: a late tick has moved farther [s]
     void observe(const HandPose& device, double time);
-    /// Goes on from a pose that the device did not move to: it was re-calibrated, or replaced.
+    /// Continues from a pose that the device did not move to: it was re-calibrated, or replaced.
     void restart(const HandPose& device, double time);
     /// The credit that was earned is lost: of a device that did what nobody can vouch for.
     void drop_credit();
     /// How many ticks a force may be held from now on, besides those of the options: as late as
     /// ticks were of late.
-    void expect_late(int ticks) { late_ = ticks; }
+    void expect_delayed(int ticks) { late_ = ticks; }
     /// The wrench that may be sent now. Also remembers it for observe().
-    /// @param wrench   that may be sent, says the limiter: what is left of it may, too
+    /// @param wrench   that may be sent, states the limiter: what is left of it may, too
     /// @param limiter  of this tick: how much damping may be added, where the motion is known
     /// @param always   without control, too
     Wrench allow(Wrench wrench, const Limiter& limiter, Motion motion = Motion::known,
@@ -81,6 +82,7 @@ public:
     double most_energy() const { return most_energy_; } ///< its maximum; <= 0: passive [J]
     double credit() const { return credit_; }           ///< what may be given back [J]
     double removed() const { return removed_; } ///< work that control took away, foreseen [J]
+    /// Ticks in which control damped or scaled the force.
     long ticks_controlled() const { return controlled_; }
 
 private:

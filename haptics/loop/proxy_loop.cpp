@@ -20,13 +20,14 @@ namespace {
 /// A frame that turned further than this gets its local block prepared anew [-]. The blocks only
 /// steer the iteration: the fixed point does not depend on them.
 constexpr double kPreparedTurn = 1e-3;
-/// |r_t| of a contact that slips is mu r_n to round-off; this tells it from one that sticks [-].
+/// |r_t| of a contact that slips is mu r_n to round-off; this distinguishes it from one that sticks
+/// [-].
 constexpr double kOnCone = 1e-9;
 /// A tick that ends with more than this is far from its answer: its force is the solver's own [-].
 constexpr double kLost = 5e-3;
 /// A sweep that met less error than this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
-constexpr double kBetter = 0.9; // or sweeps and that go round in circles
+constexpr double kBetter = 0.9; // or sweeps that cycle
 constexpr int kFailures = 3;    // of solving the closed contacts together, in a tick
 
 double wall_time()
@@ -105,7 +106,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
     const double inverse_length = 1 / op_->length;
     const Mat3 tilt = turn_ - Mat3::Identity();
     for (int w = 0; w < op_->ways; ++w)
-        look_[at(w)] = share_of_looks(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
+        look_[at(w)] = blend_of_samples(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
     for (int i = 0; i < op_->contacts; ++i) {
         const CandidateContact& c = contact(i);
         Vec3 q = c.q;
@@ -114,7 +115,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
         else
             q.noalias() += c.J * moved_;
         for (int w = 0; w < op_->ways; ++w) {
-            const LookShare& look = look_[at(w)];
+            const PathBlend& look = look_[at(w)];
             const Vec3* bend = &op_->way[at(w)].bend[at(kMostLooks * i + look.look)];
             q += look.there * bend[0];
             if (look.look > 0) q += look.before * bend[-1];
@@ -207,7 +208,7 @@ template <class Real> double ProxyLoop<Real>::error()
 }
 
 /// One sweep over the contacts, by the size that error() left.
-/// @returns the error that its contacts met, between the one before the sweep and the one after
+/// @returns the error found at its contacts, between the one before the sweep and the one after
 template <class Real> double ProxyLoop<Real>::sweep()
 {
     // If every contact is as content as this, so is the whole.
@@ -243,7 +244,7 @@ template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
             rest.force += share * bend.force;
             rest.torque += share * bend.torque;
         };
-        const LookShare& look = look_[at(i)];
+        const PathBlend& look = look_[at(i)];
         add_bend(look.look, look.there);
         if (look.look > 0) add_bend(look.look - 1, look.before);
     }
@@ -323,7 +324,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
         const double met = sweep();
         history_.after_sweep(r_.data()->data(), u_.data()->number);
-        if (met > least) history_.forget(); // it no longer tells what comes
+        if (met > least) history_.forget(); // it no longer reports what comes
         least = std::min(least, met);
         ++result.sweeps;
         // Far from the end nobody needs to know how far.
@@ -405,7 +406,8 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
 {
     if (!begun_) begin();
     if (op.contacts > capacity_) return false;
-    // Without a tick since the last one there is no force to go on from, nor a pose it was felt at.
+    // Without a tick since the last one there is no force to continue from, nor a pose it was felt
+    // at.
     const bool first = op_ == nullptr || taken_;
     if (!first) remember();
     begin_operator(op);

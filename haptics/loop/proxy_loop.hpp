@@ -12,6 +12,7 @@
 
 namespace amontons {
 
+/// Options of a tick's solution.
 struct ProxyOptions {
     /// Natural-map error at which a tick ends, relative to the acting rows of q [-].
     double tolerance = 8e-4;
@@ -51,6 +52,7 @@ struct ClosedContact {
 };
 /// An equation of theirs, and an unknown.
 struct ClosedRow {
+    /// Number of the contact.
     int contact = 0;
     Vec3 equation, force; ///< in the operator's frame
 };
@@ -60,9 +62,9 @@ struct ClosedRow {
 /// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before: what has
 /// slipped stays slipped. q(d) = q + J (d - d0), for points on a rigid handle with their exact
 /// turn; frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution
-/// of `contact`, from the last tick's reaction; a contact that is content costs a look. A new
-/// operator is met without a jump: see operator_update.cpp. No lock, no allocation, no exception,
-/// no system call (but the clock, if there is a budget).
+/// of `contact`, from the last tick's reaction; a contact that is content costs an evaluation. A
+/// new operator is found without a jump: see operator_update.cpp. No lock, no allocation, no
+/// exception, no system call (but the clock, if there is a budget).
 template <class Real> class ProxyLoop {
 public:
     /// @param most_contacts  >= contacts of every operator taken; all memory is taken here
@@ -72,7 +74,7 @@ public:
     /// first of them begins.
     void begin();
 
-    /// Goes on with another operator, which must stay as it is until the next call.
+    /// Continues with another operator, which must stay as it is until the next call.
     /// @param time  on the loop's clock [s]: when the blend starts
     /// @returns false, and keeps the old one, if it has more contacts than there is room for
     bool take(const ReducedOperator<Real>& op, double time);
@@ -80,10 +82,11 @@ public:
     /// The force for this pose; zero until an operator was taken.
     ProxyTick tick(const HandPose& device, double time);
 
-    /// Lets go of everything, as if nothing had ever touched; contacts that overlap at this pose
+    /// Releases everything, as if nothing had ever touched; contacts that overlap at this pose
     /// come in over the blend time.
     void release(const HandPose& device, double time);
 
+    /// The operator in use; nullptr before the first.
     const ReducedOperator<Real>* current() const { return op_; }
     long products() const { return products_; } ///< of this tick, so far
     /// Reaction of a contact, (n, t1, t2) of its frame in the operator [N].
@@ -127,7 +130,7 @@ private:
     bool solve_closed();
     bool solve_statuses();
     bool leave_cones();
-    bool meet_contacts();
+    bool close_penetrating();
     void restore_closed();
 
     // operator_update.cpp: from one operator to the next
@@ -161,7 +164,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    std::array<LookShare, kMostWays> look_; // of the operator's ways, at this pose
+    std::array<PathBlend, kMostWays> look_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

@@ -6,6 +6,7 @@
 
 namespace amontons {
 
+/// State of the force: docs/theory/haptics.md.
 enum class SafetyState {
     no_operator,        ///< nothing to feel yet: no force
     starting,           ///< force comes in from zero, or comes back
@@ -17,15 +18,17 @@ enum class SafetyState {
     too_fast,           ///< the device moves faster than allowed
     pose_jump,          ///< the device's pose jumped: it was re-calibrated, or replaced
     not_a_number,       ///< device or force not finite; stays
-    simulation_stopped, ///< it ended, or said that it failed; stays
+    simulation_stopped, ///< it ended, or stated that it failed; stays
 };
 
+/// Number of states.
 constexpr int kSafetyStates = static_cast<int>(SafetyState::simulation_stopped) + 1;
 
 const char* name(SafetyState state); ///< "no operator", "starting", ...
 /// One sentence for the user: what happened to the force and why.
 const char* reason(SafetyState state);
 
+/// Limits above which the force is faded out.
 struct SafetyOptions {
     double period = 1e-3;       ///< of the loop [s]
     double ramp_down = 0.05;    ///< from any force to none [s]
@@ -56,7 +59,7 @@ struct SafetyInput {
 /// An operator that ages loses stiffness: from aged_periods on the force is scaled down with its
 /// age, evenly, to none at stale_periods. One that comes meanwhile brings it back as at the start.
 ///
-/// In a fault the last wrench that was sent goes linearly to zero within ramp_down, by the clock,
+/// In a fault the last wrench that was sent varies linearly to zero within ramp_down, by the clock,
 /// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) lets the
 /// force come back over ramp_up after all was well for `calm`; the others stay. A tick that comes
 /// late brings no more of it back than one in time.
@@ -69,14 +72,14 @@ public:
     /// The wrench with the ramp of the state applied; in a fault what is left of the one sent last.
     /// A wrench that is not finite is a fault of its own.
     Wrench apply(const Wrench& wrench);
-    /// What went to the device in the end: where a ramp to zero goes on from.
+    /// What was passed to the device in the end: where a ramp to zero continues from.
     void sent(const Wrench& wrench) { sent_ = wrench; }
 
-    /// Of the force that comes in only this share could be sent: it goes on from there.
+    /// Of the force that comes in only this share could be sent: it continues from there.
     void hold_back(double share);
 
     SafetyState state() const { return state_; } ///< never `limited`: see ForceOutput
-    bool in_fault() const;                       ///< the force goes to zero, or is gone
+    bool in_fault() const;                       ///< the force tends to zero, or is lost
     bool jumped() const { return jump_; } ///< the pose of this tick is far from that of the last
     SafetyState last_fault() const { return last_fault_; } ///< running: none so far
     long faults() const { return faults_; }

@@ -17,12 +17,15 @@ public:
     void forget();
     /// Another tick: what changed r since the last sweep was no sweep.
     void begin() { has_last_ = false; }
+    /// True if enough differences are stored.
     bool can_extrapolate() const { return known_ > 0 && has_last_; }
 
     /// Moves r and u to where the sweeps point to; r may leave its cones. Only after a sweep.
     /// @param r  `rows` numbers;  @param u  the same, on 64 bytes, filled with 0 up to a whole line
     void extrapolate(double* r, Real* u);
+    /// Before a sweep: stores r.
     void before_sweep(const double* r, int rows);
+    /// After a sweep: stores the differences of r and u.
     void after_sweep(const double* r, const Real* u);
 
 private:

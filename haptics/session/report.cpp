@@ -66,7 +66,7 @@ std::string haptic_json(const HapticOutcome& o, const HapticSettings& set, const
         json.member("seconds", o.shown->seconds).close('}');
     }
     json.key("simulation").open('{').member("steps", link.steps());
-    json.member("refused", link.refused()).member("not_met", link.not_met());
+    json.member("refused", link.refused()).member("not_met", link.not_touched());
     json.member("snapping", link.snapping());
     json.member("rate", 1 / set.link.condense.period);
     if (o.step_rate > 0) json.member("rate_reached", o.step_rate);
@@ -132,7 +132,7 @@ std::string haptic_table(const HapticOutcome& o, const HapticSettings& set, cons
     row("operators", fmt::format("{} taken, oldest {:.1f} ms, {} ticks beyond their reach",
                                  s.operators, 1e3 * s.oldest_operator, s.outside_validity));
     row("simulation", fmt::format("{} tries refused, {} steps cut short, {} within a snap",
-                                  link.refused(), link.not_met(), link.snapping()));
+                                  link.refused(), link.not_touched(), link.snapping()));
     row("scheduling", o.scheduling);
     if (s.faults > 0)
         row("faults", fmt::format("{}; the last: {}: {}", s.faults, name(s.last_fault),

@@ -15,12 +15,12 @@ inline thread_local long locks = 0;
 #include <algorithm>
 #include <arpa/inet.h>
 #include <atomic>
+#include <chrono>
 #include <doctest/doctest.h>
 #include <functional>
-#include <chrono>
 #include <stdexcept>
-#include <thread>
 #include <sys/socket.h>
+#include <thread>
 #include <unistd.h>
 #include <vector>
 
@@ -32,7 +32,7 @@ using namespace amontons::test;
 
 namespace {
 
-/// A device on a circle in the bed, which looks at the counter of its thread.
+/// A device on a circle in the bed, which examines the counter of its thread.
 struct Circle final : Device {
     long reads = 0, first = -1, last = -1, writes = 0;
     long first_locks = -1, last_locks = -1;
@@ -180,7 +180,7 @@ TEST_CASE("devices are read and written without an allocation")
     ::close(from);
 }
 
-TEST_CASE("a simulation that publishes no more takes the force away and the reason is told")
+TEST_CASE("a simulation that publishes no more takes the force away and the reason is reported")
 {
     Fixture f;
     std::vector<SafetyState> told;
@@ -198,7 +198,7 @@ TEST_CASE("a simulation that publishes no more takes the force away and the reas
     CHECK(told.back() == SafetyState::stale_operator);
 }
 
-TEST_CASE("a simulation slower than asked is told once while the run lasts")
+TEST_CASE("a simulation slower than asked is reported once while the run lasts")
 {
     // It can be no faster than it is: a thousand steps a second are asked for, fifty made at most.
     Fixture f;
@@ -218,7 +218,8 @@ TEST_CASE("a simulation slower than asked is told once while the run lasts")
     CHECK(run.step_rate < 51);
 }
 
-TEST_CASE("a simulation that ends with an exception takes the force away and the reason is told")
+TEST_CASE(
+    "a simulation that ends with an exception takes the force away and the reason is reported")
 {
     Fixture f;
     std::atomic<bool> stopped{false};
@@ -234,7 +235,7 @@ TEST_CASE("a simulation that ends with an exception takes the force away and the
     CHECK(f.device.force == 0);
 }
 
-TEST_CASE("whatever ends a run the last force goes to zero evenly")
+TEST_CASE("whatever ends a run the last force tends to zero evenly")
 {
     Fixture f;
     f.device.enough = [&] { return f.device.reads > 100 && f.device.force > 0.1; };
@@ -246,7 +247,7 @@ TEST_CASE("whatever ends a run the last force goes to zero evenly")
     CHECK(f.device.most_off < 1.01 * std::max(last / 50, largest_drop(run)));
 }
 
-TEST_CASE("ticks that end for lack of time are told to the simulation")
+TEST_CASE("ticks that end for lack of time are reported to the simulation")
 {
     Fixture f;
     HapticOptions settings;
@@ -271,7 +272,7 @@ TEST_CASE("a run that is stopped ends soon")
     CHECK(f.run().records.size() <= 1);
 }
 
-TEST_CASE("a tick that is missed is told by what made it late")
+TEST_CASE("a tick that is missed is reported by what made it late")
 {
     const auto tick = [](double wake, double cpu, double compute, long products = 500) {
         TickRecord r;
@@ -297,7 +298,8 @@ TEST_CASE("a tick that is missed is told by what made it late")
     CHECK(s.missed_preempted == 1);
 }
 
-TEST_CASE("a force that control takes away in a tick is told though none was computed to change")
+TEST_CASE(
+    "a force that control takes away in a tick is reported though none was computed to change")
 {
     std::vector<TickRecord> records(5);
     for (std::size_t k = 0; k < records.size(); ++k) {

@@ -56,7 +56,8 @@ HandOptions barely_held()
 
 } // namespace
 
-TEST_CASE("F01: the virtual wall becomes unstable where theory says" * doctest::test_suite("slow"))
+TEST_CASE("F01: the virtual wall becomes unstable where theory states" *
+          doctest::test_suite("slow"))
 {
     // Eigenvalues of the exact zero-order hold; mass 0.1 kg, 0.5 N s/m, 1 kHz.
     CHECK(stable_limit({0, 0.1, 0.5, 0}) == doctest::Approx(1000.83).epsilon(0.01));
@@ -283,7 +284,7 @@ TEST_CASE("a wall is not lost at 1 m/s")
         const double z = r.handle.position[2];
         if (r.state != SafetyState::running) continue;
         deepest = std::min(deepest, z);
-        // The proxy is where the spring's force says; below the plate the device may well be.
+        // The proxy is where the spring's force states; below the plate the device may well be.
         const double proxy = z + r.computed.force[2] / bed.k;
         under += proxy < -1e-5;
     }

@@ -28,9 +28,12 @@ struct SymmetricEigen {
     bool converged = true;   ///< never false where S is finite
 };
 struct SymmetricEigen6 {
+    /// Eigenvalues, ascending.
     Vec6 values;
+    /// Unit eigenvectors, as columns.
     Mat6 vectors;
 };
+/// Eigenvalues, ascending, and unit eigenvectors of a symmetric matrix.
 SymmetricEigen symmetric_eigen(const Eigen::MatrixXd& S);
 SymmetricEigen6 symmetric_eigen(const Mat6& S);
 
@@ -50,12 +53,15 @@ public:
     LuFactor& operator=(const LuFactor&);
     ~LuFactor();
 
+    /// Factors A = P L U with pivots.
     void compute(const Eigen::MatrixXd& A);
     /// A^-1 b, for one right-hand side.
     Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
     /// A^-1 B, a column for each of B.
     Eigen::MatrixXd solve_all(const Eigen::MatrixXd& B) const;
+    /// A^-1.
     Eigen::MatrixXd inverse() const;
+    /// Determinant of A.
     double determinant() const;
 
 private:
@@ -72,7 +78,9 @@ public:
     LdltFactor& operator=(const LdltFactor&) = delete;
     ~LdltFactor();
 
+    /// A^-1 b.
     Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
+    /// A^-1 B.
     Eigen::MatrixXd solve_all(const Eigen::MatrixXd& B) const;
     /// G with G G^T = A, n x n; negative entries of D, which rounding leaves, are taken for 0.
     Eigen::MatrixXd root() const;
@@ -115,15 +123,19 @@ Eigen::Quaternion<double> rotation_between(const Vec3& from, const Vec3& to);
 
 /// A = U diag(values) V^T, values descending.
 struct SingularValues3 {
+    /// Singular values, descending.
     Vec3 values;
+    /// Orthogonal matrices of A = U diag(values) V^T.
     Mat3 U, V;
 };
+/// The singular value decomposition of a 3 x 3 matrix.
 SingularValues3 singular_values(const Mat3& A);
 /// Values and V of a matrix with at least as many rows as columns.
 struct RightSingular {
     Eigen::VectorXd values; ///< n, descending
     Eigen::MatrixXd V;      ///< n x n
 };
+/// Singular values and right singular vectors of A.
 RightSingular right_singular(const Eigen::MatrixXd& A);
 
 } // namespace amontons

@@ -35,7 +35,7 @@ public:
     }
     int get() const { return fd_; }
     bool valid() const { return fd_ >= 0; }
-    /// Closes now: on a network disk this is where "full" may be said. @return 0 or errno
+    /// Closes now: on a network disk this is where "full" may be reported. @return 0 or errno
     int close()
     {
         const int fd = std::exchange(fd_, -1);
@@ -86,7 +86,7 @@ int write_all(int fd, std::span<const std::string_view> parts)
 /// A new file beside the target, under a name that no one else has.
 struct Temporary {
     std::string path;
-    int fd = -1; ///< -1: errno says why
+    int fd = -1; ///< -1: errno gives the reason
 };
 
 Temporary temporary_beside(const fs::path& target)

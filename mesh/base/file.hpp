@@ -63,9 +63,11 @@ std::uint64_t hash_bytes(std::string_view bytes);
 
 /// 128-bit fingerprint (XXH3), for names of things that must not be mistaken for each other.
 struct Hash128 {
+    /// The two halves.
     std::uint64_t high = 0, low = 0;
     bool operator==(const Hash128&) const = default;
 };
+/// Hash of bytes; the same on every machine.
 Hash128 hash128_bytes(std::string_view bytes);
 
 } // namespace amontons

@@ -10,7 +10,7 @@ class FolderLock {
 public:
     /// @param folder  is there
     /// @param who     what works in it, for the message of the next one: "amontons run a.json"
-    /// @throws InputError  if another process holds it, with what that says of itself
+    /// @throws InputError  if another process holds it, with what that states of itself
     /// @throws WriteError  if the folder cannot be written to
     FolderLock(const std::string& folder, const std::string& who);
     FolderLock(const FolderLock&) = delete;

@@ -7,12 +7,13 @@
 
 namespace amontons {
 
-/// Work that is done once, whichever of several threads asks first; again if it throws. (Here, since
-/// <mutex> would be 2000 lines in every file.)
+/// Work that is done once, whichever of several threads asks first; again if it throws. (Here,
+/// since <mutex> would be 2000 lines in every file.)
 class Once {
 public:
     Once();
     ~Once();
+    /// Runs work(of) once, whichever thread comes first.
     void run(void (*work)(void*), void* of);
 
 private:

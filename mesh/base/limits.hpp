@@ -6,8 +6,11 @@
 
 namespace amontons {
 
+/// Infinity of doubles.
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
+/// Not a number.
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+/// Rounding unit of doubles, 2^-52 (relative).
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 } // namespace amontons

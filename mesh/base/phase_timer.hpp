@@ -7,6 +7,7 @@ namespace amontons {
 /// Wall time since it was made [s].
 class Stopwatch {
 public:
+    /// Wall time since it was made [s].
     double seconds() const
     {
         return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();

@@ -5,8 +5,8 @@
 // Never link the module; look the names up.
 //
 // The module knows CGAL and nothing of files, units or repair: what comes in is closed, oriented
-// and does not meet itself, or is a function. It works best on numbers near 1: a ball of diameter 1
-// around the origin holds everything.
+// and does not touch itself, or is a function. It works best on numbers near 1: a ball of diameter
+// 1 around the origin holds everything.
 //
 // No exception leaves the module. What `size` throws passes through CGAL unharmed and is caught.
 
@@ -24,7 +24,7 @@ struct AmontonsCgalInput {
     double (*size)(const double* place, void* with);
     void* with;       ///< handed to `size`
     double deviation; ///< largest distance of a boundary triangle from the surface
-    /// Not 0: refine until the mesh's surface is a manifold, which can go on without end at a
+    /// Not 0: refine until the mesh's surface is a manifold, which can continue without end at a
     /// knife's edge; 0: leave that to the sizes.
     int manifold;
     double sliver_bound; ///< dihedral angle that elements are moved to reach [degrees]

@@ -48,7 +48,7 @@ Polyhedron polyhedron_of(const AmontonsCgalInput& in)
     }
     namespace pmp = CGAL::Polygon_mesh_processing;
     if (!pmp::is_polygon_soup_a_polygon_mesh(triangles))
-        throw std::runtime_error("the surface meets itself at a vertex or an edge");
+        throw std::runtime_error("the surface touches itself at a vertex or an edge");
     Polyhedron polyhedron;
     pmp::polygon_soup_to_polygon_mesh(points, triangles, polyhedron);
     if (!CGAL::is_closed(polyhedron)) throw std::runtime_error("the surface is open");

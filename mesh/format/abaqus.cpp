@@ -388,7 +388,7 @@ private:
                 !field.empty() && !read_label(field, range.step, "the step of a range"))
                 return;
             if (range.step <= 0 || range.last < range.first)
-                issues_.add(place(), "a range that does not go up", "first, last, step > 0");
+                issues_.add(place(), "a range that does not increase", "first, last, step > 0");
             else
                 set.ranges.push_back(range);
             return;
@@ -549,7 +549,7 @@ private:
     Section section_ = Section::skipped;
     AbaqusType type_;
     std::string type_name_;
-    std::vector<Label> record_; // of an element that goes on in the next line
+    std::vector<Label> record_; // of an element that continues in the next line
     std::size_t record_line_ = 0;
     std::vector<Label> node_labels_, element_labels_;
     std::vector<AbaqusType> element_types_;

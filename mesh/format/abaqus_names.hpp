@@ -15,9 +15,11 @@ std::int32_t abaqus_face(ElementKind kind, std::string_view label);
 
 /// What an element type of Abaqus is to us.
 struct AbaqusType {
+    /// What a cell is used for.
     enum class Use { solid, other_solid, facet, line } use = Use::line;
     ElementKind kind = ElementKind::T4;
-    std::size_t nodes = 0; // 0: as many as the record has
+    std::size_t nodes = 0; ///< 0: as many as the record has
+    /// Corners of a cell.
     std::size_t corners = 0;
 };
 

@@ -8,6 +8,7 @@ namespace amontons {
 
 /// A table of numbers with a name over each column: history.csv, reference curves.
 struct Columns {
+    /// Heading of each column.
     std::vector<std::string> names;
     std::vector<std::vector<double>> values; ///< column by column, all of the same length
 
@@ -21,7 +22,7 @@ struct Columns {
 Columns parse_columns(std::string_view text, const std::string& file);
 
 /// y at x, linear between neighbours: the first piece of the curve that reaches x. NaN if none
-/// does.
+/// does [unit of y].
 double value_at(const std::vector<double>& x, const std::vector<double>& y, double at);
 
 } // namespace amontons

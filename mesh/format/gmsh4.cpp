@@ -128,7 +128,7 @@ private:
         }
         if (seen != n)
             in_.issues().fatal(in_.place(), std::to_string(seen) + " nodes in the blocks",
-                               std::to_string(n) + ", as the section says");
+                               std::to_string(n) + ", as the section specifies");
     }
 
     void read_elements()
@@ -164,7 +164,7 @@ private:
         }
         if (seen != n)
             in_.issues().fatal(in_.place(), std::to_string(seen) + " elements in the blocks",
-                               std::to_string(n) + ", as the section says");
+                               std::to_string(n) + ", as the section specifies");
     }
 
     GmshInput& in_;

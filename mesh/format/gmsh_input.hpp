@@ -22,6 +22,7 @@ public:
     {
     }
 
+    /// Reads binary numbers of this byte order and size from here on.
     void set_binary(bool big_endian, int size_bytes)
     {
         binary_ = true;
@@ -34,7 +35,7 @@ public:
     NumberScanner& text() { return text_; }
     /// Binary data begins after the end of this line.
     void begin_data() { at_ = text_.offset(); }
-    /// Text goes on after the binary data. O(1): lines are not counted within bytes.
+    /// Text continues after the binary data. O(1): lines are not counted within bytes.
     void end_data()
     {
         if (binary_) text_.jump(at_);
@@ -53,6 +54,7 @@ public:
         if (size_bytes_ == 4) return take<std::uint32_t>();
         return static_cast<std::int64_t>(take<std::uint64_t>());
     }
+    /// Reads a real number.
     double real()
     {
         if (binary_) return take<double>();
@@ -72,12 +74,14 @@ public:
         return static_cast<std::size_t>(value);
     }
 
+    /// Line or byte of the last thing read, for messages.
     std::string place() const
     {
         return binary_ ? "byte " + std::to_string(at_) : line_place(text_.line());
     }
     FileIssues& issues() { return issues_; }
 
+    /// Throws an InputError with the place and what is allowed.
     [[noreturn]] void refuse(const char* allowed)
     {
         const std::string_view word = text_.refused();
@@ -112,7 +116,9 @@ inline std::int64_t group_number(std::int64_t signed_number)
 
 /// One of Gmsh's kinds of elements.
 struct GmshKind {
+    /// Dimension of the cell; -1: unknown.
     int dimension = -1;
+    /// Nodes and corners of the cell.
     int nodes = 0, corners = 0;
     const char* name = "";
     int ours = -1; ///< ElementKind, or -1
@@ -123,7 +129,9 @@ const GmshKind* gmsh_kind(std::int64_t type);
 
 /// Gmsh's number of a kind, of its faces, of a point.
 int gmsh_type(ElementKind kind);
+/// Gmsh's type number of the faces of an element.
 int gmsh_face_type(ElementKind kind);
+/// Gmsh's type number of a point.
 constexpr int kGmshPoint = 15;
 
 /// From Gmsh's order of nodes to ours, and back: only a T10's last two differ.
@@ -140,6 +148,7 @@ using GmshNames = std::map<std::pair<std::int64_t, std::int64_t>, std::string>;
 class GmshCells {
 public:
     GmshCells(VolumeBuilder& builder, const GmshNames& names) : builder_(builder), names_(names) {}
+    /// Number of a physical group, created where it is new.
     std::size_t group(std::int64_t dimension, std::int64_t number);
     /// @param place  called only if it is needed
     template <class Place>
@@ -165,7 +174,9 @@ private:
     std::map<std::int64_t, std::pair<std::size_t, std::string>> unsupported_;
 };
 
+/// Reads the sections of MSH 2. @throws InputError
 void read_gmsh_2(GmshInput& in, VolumeBuilder& builder);
+/// Reads the sections of MSH 4. @throws InputError
 void read_gmsh_4(GmshInput& in, VolumeBuilder& builder);
 
 /// Parses $PhysicalNames up to its end mark.

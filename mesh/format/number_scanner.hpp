@@ -9,7 +9,7 @@
 namespace amontons {
 
 /// Numbers between blanks and line ends, read where they stand: for files of millions of them.
-/// What is unusual ("+1", 1e-400, nan) goes the slow way, through parse_double.
+/// What is unusual ("+1", 1e-400, nan) passes the slow way, through parse_double.
 class NumberScanner {
 public:
     explicit NumberScanner(std::string_view text, std::size_t line = 1)
@@ -33,6 +33,7 @@ public:
         if (slow) value = *slow;
         return slow.has_value();
     }
+    /// Reads a number. @returns  false at the end, or if there is none.
     bool number(double& value)
     {
         skip_blanks();
@@ -78,13 +79,16 @@ public:
     }
     /// Stands at an offset of the text; lines are not counted on the way.
     void jump(std::size_t offset) { at_ = begin_ + offset; }
+    /// True at the end of the text, after blanks.
     bool at_end()
     {
         skip_blanks();
         return at_ == end_;
     }
-    std::size_t line() const { return line_; } ///< of the next word once it was looked at
+    std::size_t line() const { return line_; } ///< of the next word once it was examined
+    /// Bytes read so far.
     std::size_t offset() const { return static_cast<std::size_t>(at_ - begin_); }
+    /// The text that is left.
     std::string_view rest() const { return {at_, static_cast<std::size_t>(end_ - at_)}; }
 
 private:

@@ -36,7 +36,7 @@ public:
     }
 
 private:
-    // The next word of the line; a line goes on behind a "\" at its end.
+    // The next word of the line; a line continues behind a "\" at its end.
     std::string_view next()
     {
         for (;;) {

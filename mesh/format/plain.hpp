@@ -22,7 +22,7 @@ namespace amontons {
 ///
 /// One node or element a line; numbers are separated by blanks or commas; # begins a comment.
 /// Nodes and elements are counted from 0 if node 0 is used, from 1 if the last node is used as the
-/// number of nodes; a file where neither is so must say index_from. Faces: see volume_mesh.hpp.
+/// number of nodes; a file where neither is so must specify index_from. Faces: see volume_mesh.hpp.
 /// @param nodes_file, elements_file  as the user would write them
 /// @param scale  of coordinates [m per unit]
 /// @throws InputError  with the lines that cannot be understood
@@ -32,8 +32,10 @@ VolumeFile parse_plain(std::string_view nodes, std::string_view elements,
 
 /// The two texts of a mesh.
 struct PlainText {
+    /// Text of the two files.
     std::string nodes, elements;
 };
+/// A mesh as plain text: docs/mesh_formats.md.
 PlainText plain_text(const VolumeMesh& mesh);
 
 } // namespace amontons

@@ -17,6 +17,7 @@ namespace amontons {
 ///                     no face. Vertices and faces count from 0, lines from 1.
 SurfaceMesh parse_ply(std::string_view bytes, const std::string& file, double scale = 1);
 
+/// How numbers are stored in a PLY file.
 enum class PlyEncoding { ascii, little_endian, big_endian };
 
 /// PLY in doubles; reads back exactly.

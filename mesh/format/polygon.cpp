@@ -6,7 +6,7 @@
 
 // Ear clipping (Meisters 1975): a corner whose triangle is convex and holds no other corner can
 // be cut off. A simple polygon always has two such ears. Where a polygon is not simple, or
-// flat, none may be left: the rest is then cut as a fan, and check_surface says what is wrong.
+// flat, none may be left: the rest is then cut as a fan, and check_surface states what is wrong.
 
 namespace amontons {
 namespace {
@@ -89,7 +89,7 @@ void append_polygon(SurfaceMesh& mesh, CornerList polygon)
         }
         mesh.triangles.push_back({polygon[(i + n - 1) % n], polygon[i], polygon[(i + 1) % n]});
         polygon.erase(polygon.begin() + static_cast<std::ptrdiff_t>(i));
-        ++i; // go round, rather than cut all ears at one corner into slivers
+        ++i; // run around, rather than cut all ears at one corner into slivers
         refused = 0;
     }
     for (std::size_t k = 1; k + 1 < polygon.size(); ++k)

@@ -14,6 +14,7 @@ template <class Member> struct SetCombinations {
     std::vector<std::vector<Member>> members;   ///< of each combination, ascending
 };
 
+/// Sets of the same members are listed once: sets of a name, and combinations of them.
 template <class Member>
 SetCombinations<Member> combinations_of(const std::vector<NamedSet<Member>>& sets)
 {

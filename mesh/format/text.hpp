@@ -20,6 +20,7 @@ public:
     void add(std::string place, std::string found, std::string allowed);
     /// Adds an Issue after which the rest of the file cannot be understood.
     [[noreturn]] void fatal(std::string place, std::string found, std::string allowed);
+    /// True if nothing is wrong.
     bool empty() const { return issues_.empty(); }
     /// @throws InputError  if there is any
     void throw_if_any() const;
@@ -48,6 +49,7 @@ public:
     std::string_view rest_of_line();
     /// Passes over n bytes of this line.
     void skip(std::size_t n) { rest_.remove_prefix(n); }
+    /// True at the end of the text.
     bool at_end() const { return rest_.empty(); }
     /// Of the word that was read last, from 1.
     std::size_t line() const { return line_; }

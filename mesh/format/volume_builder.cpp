@@ -354,7 +354,7 @@ void VolumeBuilder::match_facets_(VolumeMesh& mesh, const std::vector<Facet>& fa
         const Wanted* const w = find(sorted_corners(f.corners));
         if (w->count == 0)
             ++missing[f.set];
-        else // between two elements: of the one from which it looks outwards
+        else // between two elements: of the one from which it points outwards
             members.push_back(
                 w->faces[w->count == 2 && !same_direction(f.corners, face_nodes(mesh, w->faces[0]))
                              ? 1

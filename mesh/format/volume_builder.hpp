@@ -12,6 +12,7 @@ namespace amontons {
 /// A mesh from a file, and what the reader passed over or changed: one sentence each.
 struct VolumeFile {
     VolumeMesh mesh;
+    /// What the user should know of the file.
     std::vector<std::string> notes;
     std::string cut; ///< a file whose last line has no end, perhaps not the whole; in `notes`, too
 };
@@ -38,13 +39,17 @@ private:
 /// their corners; of cells of one or no dimension the nodes count.
 class VolumeBuilder {
 public:
+    /// The number that a file gives to a node or an element.
     using Label = std::int64_t;
 
     /// @param scale  of coordinates [m per unit]
     VolumeBuilder(FileIssues& issues, double scale) : issues_(issues), scale_(scale) {}
 
+    /// Reserves memory for n nodes.
     void reserve_nodes(std::size_t n);
+    /// Adds a node at x [m], in the unit of the file.
     void add_node(Label label, const Vec3& x);
+    /// Nodes so far.
     std::size_t node_count() const { return nodes_.size(); }
 
     /// A cell of the builder, to put it into groups.
@@ -53,22 +58,30 @@ public:
     Cell add_element(ElementKind kind, Label label, std::span<const Label> nodes);
     /// @param corners  3 or 4, labels, in either direction
     Cell add_facet(Label label, std::span<const Label> corners);
+    /// Adds a cell of dimension 0 or 1, which only its group uses.
     Cell add_line_or_point(Label label, std::span<const Label> nodes);
 
     /// A named group of cells; made if it is new. Its elements become an element set, its facets a
     /// face set, the nodes of its lines and points a node set. Without any cell it becomes an empty
     /// set of that dimension: 3 elements, 2 faces, 0 nodes.
     std::size_t group(const std::string& name, int dimension);
+    /// Adds a cell to a group.
     void add_to_group(std::size_t group, Cell cell);
+    /// Adds a cell to a group by its label.
     void add_label_to_group(std::size_t group, Label cell);
 
+    /// Number of the node set of a name, created where it is new.
     std::size_t node_set(const std::string& name);
+    /// Adds a node to a set by its label.
     void add_to_node_set(std::size_t set, Label node);
+    /// Number of the face set of a name, created where it is new.
     std::size_t face_set(const std::string& name);
+    /// Adds a face of an element to a set by its label.
     void add_to_face_set(std::size_t set, Label element, std::int32_t face);
 
     /// An element that is there again with the same nodes in the same order is one in more groups.
     void merge_equal_elements() { merge_equal_ = true; }
+    /// Adds a message for the user.
     void note(std::string text) { notes_.push_back(std::move(text)); }
     /// Of formats without an end mark: the last line has no end.
     void note_cut(const std::string& file)

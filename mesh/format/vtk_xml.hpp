@@ -24,8 +24,11 @@ struct VtkXmlArray {
     std::string_view text;    ///< of data that stands in it
 };
 
+/// A piece of a VTK file.
 struct VtkXmlPiece {
+    /// Numbers of points and cells.
     std::uint64_t points = 0, cells = 0;
+    /// Where it is in the file, for messages.
     std::string place;
     std::vector<VtkXmlArray> arrays;
 
@@ -33,6 +36,7 @@ struct VtkXmlPiece {
     const VtkXmlArray* find(std::string_view parent, std::string_view name) const;
 };
 
+/// A VTK file in XML.
 struct VtkXmlFile {
     std::vector<VtkXmlPiece> pieces;
     std::string_view appended; ///< behind the _
@@ -52,6 +56,7 @@ std::vector<double> vtk_doubles(const VtkXmlFile& file, const VtkXmlArray& array
 /// @throws InputError  also if the array's type is no whole number
 std::vector<std::int64_t> vtk_integers(const VtkXmlFile& file, const VtkXmlArray& array,
                                        std::uint64_t count, FileIssues& issues);
+/// True if all numbers of an array are integers.
 bool is_whole_number(const VtkXmlArray& array);
 
 } // namespace amontons

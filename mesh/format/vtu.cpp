@@ -127,7 +127,8 @@ private:
                        vtk_integers(file_, needed(piece, "Cells", "offsets"), piece.cells, issues_);
         std::int64_t last = 0;
         for (const std::int64_t end : ends) {
-            if (end < last) issues_.fatal(piece.place, "offsets that go down", "ascending offsets");
+            if (end < last)
+                issues_.fatal(piece.place, "offsets that decrease", "ascending offsets");
             last = end;
         }
         auto nodes = vtk_integers(file_, needed(piece, "Cells", "connectivity"),

@@ -29,6 +29,7 @@ constexpr const char* kVtuNodeSet = "node_set:";
 
 /// VTK's number of a kind of elements, and of its faces.
 std::uint8_t vtk_type(ElementKind kind);
+/// VTK's type number of the faces of an element.
 std::uint8_t vtk_face_type(ElementKind kind);
 
 } // namespace amontons

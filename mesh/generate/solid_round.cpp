@@ -178,6 +178,8 @@ VolumeMesh make_solid_cylinder(const SolidCylinderOptions& o)
 
     const Vec3 axis = o.axis / axis_length, across = axis.unitOrthogonal(),
                third = axis.cross(across);
+
+    // ---- The disc
     // The disc: its points, and its quadrilaterals counter-clockwise seen from the end.
     std::vector<Vec3> disc;
     std::vector<std::array<std::int32_t, 4>> quads;
@@ -226,6 +228,7 @@ VolumeMesh make_solid_cylinder(const SolidCylinderOptions& o)
         inside = std::move(next);
     }
 
+    // ---- Layers of the cylinder
     VolumeMesh mesh;
     const auto plane = static_cast<std::int32_t>(disc.size());
     for (std::int32_t k = 0; k <= o.along; ++k)
@@ -250,6 +253,8 @@ VolumeMesh make_solid_cylinder(const SolidCylinderOptions& o)
     add_all(mesh);
 
     const std::int32_t outside = plane - around; // from here on a plane's nodes are on the surface
+
+    // ---- Element kind and round nodes
     const std::vector<Vec3> nodes = mesh.nodes;
     return as_kind(std::move(mesh), o.kind, [&](std::int32_t a, std::int32_t b) {
         const Vec3 half =

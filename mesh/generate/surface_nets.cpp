@@ -46,7 +46,7 @@ std::int32_t net_blocks(double length, double edge)
 }
 
 // A function at the nodes of a cube of grid cells. Where all around has one sign, only that is
-// looked for.
+// searched for.
 template <int cells> struct NetNodes { // along an edge, a power of two
     static constexpr int kStride[3] = {(cells + 1) * (cells + 1), cells + 1, 1};
     static constexpr std::size_t kCount = (cells + 1) * (cells + 1) * (cells + 1);
@@ -120,6 +120,8 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
     NetNodes<kNetBlock> nodes;
     std::vector<double>& f = nodes.f;
     constexpr const int* stride = NetNodes<kNetBlock>::kStride;
+
+    // ---- Crossings of the grid's edges, block by block
     const double reach = nodes.reach(edge);
     for (std::int32_t bx = 0; bx < blocks[0]; ++bx)
         for (std::int32_t by = 0; by < blocks[1]; ++by)
@@ -180,6 +182,8 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                                 corner + edge * (Vec3{1.0 * i, 1.0 * j, 1.0 * k} + sum / count));
                         }
             }
+
+    // ---- Points and triangles
     for (Vec3& p : mesh.points)
         p = surface.project(p);
 
@@ -217,7 +221,7 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
 // between them, cross the faces of the grid at that edge: where all four edges of a face are
 // crossed, four triangles have a side in common.
 NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
-                          double edge)
+                            double edge)
 {
     const Vec3 origin = net_origin(low, edge);
     std::int32_t cubes[3];

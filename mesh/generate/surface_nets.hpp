@@ -29,8 +29,9 @@ struct NetsPrediction {
     bool manifold = true;      ///< no edge gets four triangles
     std::size_t triangles = 0; ///< of one that is
 };
+/// Memory and triangles that surface_nets would take.
 NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
-                          double edge);
+                            double edge);
 
 /// Moves free vertices along the surface towards the mean of their neighbours.
 /// @param fixed   one entry per vertex; vertices that stay

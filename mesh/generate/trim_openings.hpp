@@ -7,11 +7,11 @@ namespace amontons {
 
 /// Cuts a surface at the planes of its openings, so that it ends there in circles.
 ///
-/// Every opening's tube goes on beyond its plane in `mesh`; that part is removed within
+/// Every opening's tube continues beyond its plane in `mesh`; that part is removed within
 /// `reach` along the opening's direction. Vertices near the plane are moved onto it, so that
 /// no sliver is left; the rims lie on the openings' circles.
 /// @param edge   typical edge of the triangles [m]
-/// @param reach  one length per opening: how far its tube goes on [m]
+/// @param reach  one length per opening: how far its tube continues [m]
 SurfaceMesh trim_openings(SurfaceMesh mesh, const ImplicitSurface& surface,
                           const std::vector<Opening>& openings, double edge,
                           const std::vector<double>& reach);

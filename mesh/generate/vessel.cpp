@@ -15,8 +15,8 @@ namespace amontons {
 
 namespace {
 
-constexpr double kTubeExtension = 8;              // radii that a tube goes on beyond its opening
-constexpr double kMostTaper = 1.0 / 16;           // slope that goes on there; a steeper one stops
+constexpr double kTubeExtension = 8;              // radii that a tube continues beyond its opening
+constexpr double kMostTaper = 1.0 / 16;           // slope that continues there; a steeper one stops
 constexpr double kFieldSpacing = 0.2;             // spacing of the field over the smallest radius
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
@@ -141,7 +141,7 @@ SweptTube branch_tube(const TakeOff& t, const VesselBranch& b, double extension)
     return SweptTube{std::move(line), TubeEnd::ball, TubeEnd::ball};
 }
 
-// Every tube goes on by `extension` radii beyond its opening, or by a length of its own.
+// Every tube continues by `extension` radii beyond its opening, or by a length of its own.
 VesselShape vessel_shape(const VesselOptions& o, const std::vector<TakeOff>& roots,
                          const std::vector<double>& extension)
 {
@@ -154,7 +154,7 @@ VesselShape vessel_shape(const VesselOptions& o, const std::vector<TakeOff>& roo
     return VesselShape{std::move(tubes), o.blend};
 }
 
-// A tube that goes on must not open another one's wall: how far it may go.
+// A tube that continues must not open another one's wall: how far it may go.
 void check_clear(const VesselOptions& o, const VesselShape& shape,
                  const std::vector<Opening>& openings, std::vector<double>& extension)
 {

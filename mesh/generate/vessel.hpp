@@ -41,7 +41,7 @@ struct VesselOptions {
 std::vector<VesselBranch> default_branches();
 
 /// The free space inside the vessel. Its openings are "inlet" and one by the name of each
-/// branch; beyond an opening the wall (not the triangles) goes on straight.
+/// branch; beyond an opening the wall (not the triangles) continues straight.
 /// @throws InputError  with every field that is out of range
 /// Cost: 10 ms for the default; its triangles, 0.1 s more, are made when they are asked for, and
 /// the wall is sampled while it is used.

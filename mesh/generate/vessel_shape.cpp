@@ -41,7 +41,7 @@ VesselShape::Around VesselShape::around(const SweptTube& tube)
         for (int k = 0; k <= 8; ++k) {
             const double range = line.parameter_range(i);
             const CurveDerivatives c = line.derivatives(i, range * k / 8);
-            // Between the points looked at a curve gets no farther than half their spacing.
+            // Between the points examined a curve gets no farther than half their spacing.
             ball.radius = std::max(ball.radius, (c.value - ball.start).norm() + c.radius +
                                                     c.first.norm() * range / 16);
             is_straight = is_straight && c.first == start.first && c.second.isZero(0) &&

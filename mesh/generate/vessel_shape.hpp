@@ -29,9 +29,12 @@ public:
 
     /// What is remembered of each tube: as a WallHint, it changes no result.
     using Hints = std::vector<WallHint>;
+    /// Hints for the first call.
     Hints no_hints() const { return Hints(tubes_.size()); }
 
+    /// Signed distance at x [m].
     double value(const Vec3& x, Hints& hints) const;
+    /// Signed distance and its gradient at x.
     ImplicitSample sample(const Vec3& x, Hints& hints) const;
 
     /// The zero of the function that is found from x along its gradient.

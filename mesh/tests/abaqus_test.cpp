@@ -133,7 +133,7 @@ TEST_CASE("inp: each face S1 and S2 and so on has the nodes of the manual's tabl
     }
 }
 
-TEST_CASE("a damaged inp says where and what")
+TEST_CASE("a damaged inp states where and what")
 {
     CHECK(abaqus_refusal("") ==
           "f: found no solid element (0 nodes, 0 faces), allowed: elements C3D4, "
@@ -181,7 +181,7 @@ TEST_CASE("a damaged inp says where and what")
     CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a,GENERATE\n1,2000000000000\n")
               .find("a range of 2000000000000 numbers") != std::string::npos);
     CHECK(abaqus_refusal(kAbaqusNodes + kElements + "*NSET,NSET=a,GENERATE\n5,1\n")
-              .find("does not go up") != std::string::npos);
+              .find("does not increase") != std::string::npos);
     CHECK(abaqus_refusal("*PART,NAME=a\n*END PART\n*PART,NAME=b\n" + kAbaqusNodes + kElements)
               .find("*PART, allowed: one part") != std::string::npos);
 }

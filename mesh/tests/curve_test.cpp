@@ -45,7 +45,7 @@ TEST_CASE("steps that stop at the knots see every corner of the curve")
     for (double t = -1; (t = next_knot(c, t)) < std::numeric_limits<double>::infinity();)
         seen.push_back(t);
     CHECK(seen == knots(c));
-    // Exact at the knots, bit by bit: a drive ends where its author said.
+    // Exact at the knots, bit by bit: a drive ends where its author specified.
     for (const auto& [time, value] : c)
         CHECK(curve_value(c, time) == value);
 }

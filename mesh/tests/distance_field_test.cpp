@@ -247,7 +247,7 @@ TEST_CASE("views of one field give its bits on any thread, and sample once")
     CHECK(other.memory() == memory);
     DistanceField gone = made(shared);
     const DistanceField left = gone.share();
-    gone = made(alone); // the first view goes, what it shared stays
+    gone = made(alone); // the first view passes, what it shared stays
     CHECK(answers(left) == expected);
 }
 

@@ -32,7 +32,7 @@ TEST_CASE("a word that means nothing gets no name")
     CHECK(nearest_name(std::string(100000, 'a'), {"aa"}) == "");
 }
 
-TEST_CASE("an input error says the file and place and what was found and allowed of every issue")
+TEST_CASE("an input error states the file and place and what was found and allowed of every issue")
 {
     const InputError e({{"a.json", "/mu", "-1", ">= 0"}, {"b.stl", "", "a folder", "a file"}});
     CHECK(std::string(e.what()) == "a.json: /mu: found -1, allowed: >= 0\n"

@@ -44,7 +44,7 @@ TEST_CASE("the same for bodies with nodes moved about whose faces are curved")
     }
 }
 
-TEST_CASE("faces of the surface look outwards and belong to their element")
+TEST_CASE("faces of the surface point outwards and belong to their element")
 {
     for (const SampleVolume& sample : sample_volumes()) {
         CAPTURE(sample.name);

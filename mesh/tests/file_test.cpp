@@ -64,7 +64,7 @@ TEST_CASE("what was written is read with bytes of any kind")
     CHECK(folder.count() == 1);
 }
 
-TEST_CASE("a file that cannot be read says why")
+TEST_CASE("a file that cannot be read gives the reason")
 {
     const TemporaryFolder folder;
     write_file(folder / "vessel.stl", "x");
@@ -78,7 +78,7 @@ TEST_CASE("a file that cannot be read says why")
     CHECK(refused_file(folder / "vessel.stl/a").found == "Not a directory");
 }
 
-TEST_CASE("a file that nobody may read says so")
+TEST_CASE("a file that nobody may read reports it")
 {
     if (::geteuid() == 0) {
         skip_test("this runs as root, who may read every file");
@@ -116,7 +116,7 @@ TEST_CASE("a write that fails leaves the old file and nothing else")
     CHECK(read_file(folder / "history.csv") == "new");
 }
 
-TEST_CASE("a file that cannot be written says why")
+TEST_CASE("a file that cannot be written gives the reason")
 {
     const TemporaryFolder folder;
     CHECK_THROWS_WITH_AS(write_file(folder / "nowhere/a", "x"),

@@ -90,7 +90,7 @@ TEST_CASE("a scale multiplies every coordinate")
           "f: line 1: found coordinates 1e+300 0 0 times 1e+10, allowed: finite numbers");
 }
 
-TEST_CASE("binary and ASCII STL are told apart by size and not by their first word")
+TEST_CASE("binary and ASCII STL are distinguished by size and not by their first word")
 {
     std::string bytes = stl_bytes(unit_cube());
     bytes.replace(0, 5, "solid");
@@ -109,7 +109,7 @@ TEST_CASE("ASCII STL: several solids with any case and line ends and normals of 
     CHECK(mesh.triangles.size() == 2);
 }
 
-TEST_CASE("a damaged STL says where and what")
+TEST_CASE("a damaged STL states where and what")
 {
     const std::string cube = stl_bytes(unit_cube());
     CHECK(refused_stl(cube.substr(0, 300)) ==
@@ -304,7 +304,7 @@ TEST_CASE("PLY: other elements and properties are passed over")
     }
 }
 
-TEST_CASE("a damaged PLY says where and what")
+TEST_CASE("a damaged PLY states where and what")
 {
     const std::string head = kPlyHeader, good = head + kPlyVertices + "3 0 1 2\n";
     CHECK(parse_ply(good, "f").triangles.size() == 1);

@@ -64,7 +64,7 @@ TEST_CASE("msh 2.2: groups become sets and inner faces belong to the side they l
     CHECK(find_set(mesh.node_sets, "edge")->members == std::vector<std::int32_t>{0, 1});
     // 10 20 30 is face 0 2 1 of the first, turned round: a border has no choice of side
     CHECK(find_set(mesh.face_sets, "bottom")->members == std::vector<FaceRef>{{0, 3}});
-    // 20 30 40 looks out of the first element (1 2 3 there), 20 40 30 out of the second
+    // 20 30 40 points out of the first element (1 2 3 there), 20 40 30 out of the second
     CHECK(find_set(mesh.face_sets, "5")->members == std::vector<FaceRef>{{0, 1}});
     CHECK(find_set(mesh.face_sets, "6")->members == std::vector<FaceRef>{{1, 3}});
     CHECK(errors_of(check_volume(mesh), mesh, "f").empty());
@@ -154,11 +154,11 @@ TEST_CASE("msh cut off at any byte is refused or whole")
                 ++accepted;
                 check_same(parse_gmsh(bytes.substr(0, n), "f").mesh, parse_gmsh(bytes, "f").mesh);
             }
-        CHECK(accepted == 1); // only the last line end is gone
+        CHECK(accepted == 1); // only the last line end is lost
     }
 }
 
-TEST_CASE("a damaged msh says where and what")
+TEST_CASE("a damaged msh states where and what")
 {
     const auto with = [&](const char* what, const char* by) {
         return gmsh_refusal(replaced(kText2, what, by));

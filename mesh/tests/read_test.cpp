@@ -78,7 +78,7 @@ TEST_CASE("vertices at one place are merged in every format")
     }
 }
 
-TEST_CASE(".vtp goes to the reader that is handed in")
+TEST_CASE(".vtp is passed to the reader that is handed in")
 {
     std::string asked;
     const VtpReader vtp = [&](const std::string& path) {
@@ -228,7 +228,7 @@ TEST_CASE("RAS markups are turned to LPS and radii may be missing")
     CHECK(parse_slicer_markups(markups_with("\"measurements\"", "\"others\""), "f").radius.empty());
 }
 
-TEST_CASE("damaged markups say where and what")
+TEST_CASE("damaged markups state where and what")
 {
     CHECK(refused_markups("{\n  \"markups\": [,]\n}")
               .find("f: line 2, column 15: found broken JSON") == 0);

@@ -56,7 +56,7 @@ TEST_CASE("a new order is a permutation that changes neither bodies nor sets")
         };
         CHECK(area(now, now.face_sets[s]) == doctest::Approx(area(mesh, mesh.face_sets[s])));
     }
-    // Messages go on naming the numbers of the file.
+    // Messages continue naming the numbers of the file.
     CHECK(node_place(now, order.new_node[17]) == node_place(mesh, 17));
     CHECK(element_place(now, order.new_element[17]) == element_place(mesh, 17));
     // And back.

@@ -24,7 +24,7 @@ void check_whole_cube(const SurfaceMesh& mesh)
 
 } // namespace
 
-TEST_CASE("repair leaves a good surface as it is and says nothing")
+TEST_CASE("repair leaves a good surface as it is and gives no information")
 {
     SurfaceMesh cube = unit_cube();
     const auto before = cube.triangles;
@@ -160,7 +160,7 @@ TEST_CASE("holes stay open unless they are to be closed")
     CHECK(report.enclosed_volume == doctest::Approx(3 * area));
 }
 
-TEST_CASE("a triangle without area at a border goes and the border runs through its vertex")
+TEST_CASE("a triangle without area at a border passes and the border runs through its vertex")
 {
     SurfaceMesh tube = open_tube(12, 3, 2);
     const std::size_t before = tube.triangles.size();

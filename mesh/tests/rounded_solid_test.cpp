@@ -148,7 +148,7 @@ TEST_CASE("plates thinner than 0.8 widths vanish and those thicker than 1.1 widt
     }
 }
 
-TEST_CASE("a projection ends on the surface or says that there is none near")
+TEST_CASE("a projection ends on the surface or states that there is none near")
 {
     const RoundedSolid solid(turned_box(Vec3(1, 1, 1)), 0.1);
     for (const Vec3& start : turned_box(Vec3(1, 1, 1)).points) { // corners, which are rounded

@@ -65,7 +65,7 @@ inline SurfaceMesh together(SurfaceMesh a, const SurfaceMesh& b)
     return a;
 }
 
-/// What the user is told when f refuses its input; "" if it does not.
+/// What the user is reported when f refuses its input; "" if it does not.
 template <class F> std::string refusal(F f)
 {
     try {

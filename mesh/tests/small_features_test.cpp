@@ -80,7 +80,7 @@ TEST_CASE("sources of small features are as small as they are and few and near a
         CHECK(s.size == doctest::Approx(0.05));
 }
 
-TEST_CASE("slender triangles are looked at along their length only")
+TEST_CASE("slender triangles are examined along their length only")
 {
     const SurfaceMesh rod = box({1e-3, 1e-3, 1});
     CHECK(find(rod, 9e-4).empty());

@@ -47,7 +47,7 @@ TEST_CASE("the number of triangles of nets and edges of four faces are predicted
     CHECK(others > 5);
 }
 
-TEST_CASE("nets are the same bits whether values far from the surface are looked at or not")
+TEST_CASE("nets are the same bits whether values far from the surface are examined or not")
 {
     const ImplicitSurface steep = two_balls({0, 0, 0}, {1.2, 0.1, 0});
     ImplicitSurface flat = steep; // so small that it may be zero anywhere
@@ -72,7 +72,7 @@ TEST_CASE("a part of nets is the whole there")
     const SurfaceMesh part =
         surface_nets(balls, low, high, edge, [](const Vec3& x) { return x[0] > 0.5; });
     CHECK(part.triangles.size() < whole.triangles.size());
-    // Not beside what is left out: sweeps of relaxation look at neighbours.
+    // Not beside what is left out: sweeps of relaxation examine neighbours.
     const auto within = [](const SurfaceMesh& mesh) {
         std::vector<std::array<double, 3>> points;
         for (const Vec3& p : mesh.points)

@@ -106,7 +106,7 @@ TEST_CASE("a ball given by triangles: the wall converges to the ball" * doctest:
     CHECK(turned[2] < 6e-3); // [regression] facets of that size are off by 0.08
 }
 
-TEST_CASE("a coarse open tube becomes a smooth vessel whose free space goes on beyond its ends" *
+TEST_CASE("a coarse open tube becomes a smooth vessel whose free space continues beyond its ends" *
           doctest::test_suite("slow"))
 {
     WallModel exact = make_ball({Vec3::Zero(), 1, true, 1});
@@ -206,7 +206,7 @@ TEST_CASE("a wall that is turned and shifted gives the same distances, normals a
     check(here, make_vessel(o), *here.surface);
 }
 
-TEST_CASE("the side is told from the surface or must be given")
+TEST_CASE("the side is distinguished from the surface or must be given")
 {
     SurfaceMesh sheet;
     sheet.points = {{0, 0, 0}, {1, 0, 0}, {1, 1, 0}, {0, 1, 0}};
@@ -245,8 +245,9 @@ TEST_CASE("real anatomy: a patient's aorta with coarse facets" * doctest::test_s
     CHECK(inside >= static_cast<int>(line.points.size()) - 3); // the last lie in the cap
 }
 
-TEST_CASE("a bound of the distance that takes no samples is no more than the distance, and positive "
-          "only in the free space")
+TEST_CASE(
+    "a bound of the distance that takes no samples is no more than the distance, and positive "
+    "only in the free space")
 {
     for (const double edge : {0.4, 0.1}) {
         const WallModel model =

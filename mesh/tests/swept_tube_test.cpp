@@ -103,7 +103,7 @@ TEST_CASE("the distance in a bend and in a cone is the closed form")
     CHECK((s.normal - Vec3{-1, 0, 0.1} / std::sqrt(1.01)).norm() < 1e-15);
 }
 
-TEST_CASE("a tube goes on beyond its ends and nothing is ever not a number")
+TEST_CASE("a tube continues beyond its ends and nothing is ever not a number")
 {
     for (const Case& c : cases(1)) {
         CAPTURE(c.name);

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// A new empty folder for one test; gone with all it holds at the end of its life.
+/// A new empty folder for one test; followed all it holds at the end of its life.
 class TemporaryFolder {
 public:
     TemporaryFolder()

@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-// What every test program does alike: one case may be asked for by its name, and says by the exit
+// What every test program does alike: one case may be asked for by its name, and states by the exit
 // code whether it passed, failed or could not be tried here.
 
 namespace amontons {
@@ -10,7 +10,7 @@ namespace amontons {
 /// Exit code of a program whose test cases were all skipped; CTest knows it as "Skipped".
 constexpr int kSkipped = 77;
 
-/// Says that the running test case cannot be tried here; the case then returns.
+/// States that the running test case cannot be tried here; the case then returns.
 /// @param why  what is missing, such as "the module petsc is not built (petsc-dev)"
 void skip_test(std::string_view why);
 

@@ -7,7 +7,8 @@
 
 using namespace amontons;
 
-TEST_CASE("UTF-8 is told from other bytes: overlong, cut, of surrogates, beyond the last character")
+TEST_CASE("UTF-8 is distinguished from other bytes: overlong, cut, of surrogates, beyond the last "
+          "character")
 {
     for (const char* good :
          {"", "plain", "\xc3\xa4", "\xe2\x82\xac", "\xf0\x9f\x98\x80", "\xf4\x8f\xbf\xbf"})

@@ -74,7 +74,7 @@ TEST_CASE("away from junctions the sampled wall is the tube to 1e-4 of the small
         const std::size_t i = 2 * n / 3;
         check(branch.centreline[i], along.normalized(), branch.radius[i], slope);
     }
-    // Beyond an opening the free space goes on.
+    // Beyond an opening the free space continues.
     WallHint hint;
     for (const Opening& o : model.openings)
         CHECK(model.wall.distance(o.centre + 3 * o.radius * o.outward, hint) ==

@@ -157,7 +157,7 @@ TEST_CASE("slivers are warned of with their shape and the threshold")
 }
 
 TEST_CASE(
-    "a mesh in millimetres is suspected and its size told and sets without members or name too")
+    "a mesh in millimetres is suspected and its size reported and sets without members or name too")
 {
     VolumeMesh mesh = make_solid_ball({{0, 0, 0}, 10, 4, ElementKind::H8});
     CHECK(says(warnings(mesh), "a size of 20 x 20 x 20 m"));

@@ -87,11 +87,11 @@ TEST_CASE("vtu cut off at any byte is refused or whole")
                 ++accepted;
                 check_same(parse_vtu(bytes.substr(0, n), "f").mesh, whole);
             }
-        CHECK(accepted <= 1); // only the last line end is gone
+        CHECK(accepted <= 1); // only the last line end is lost
     }
 }
 
-TEST_CASE("a damaged vtu says where and what")
+TEST_CASE("a damaged vtu states where and what")
 {
     const std::string good = vtu_seed("linear_ascii.vtu");
     CHECK(vtu_refusal("") == "f: line 1: found the end of the file, allowed: </VTKFile>");

@@ -8,7 +8,7 @@ namespace amontons {
 double cable_energy(const BeamNode& a, const BeamNode& b, const ElementLaw& law);
 
 /// As add_elements, for a cable: its rotations have no stiffness and are held by unit rows.
-/// Contact must be looked for at the nodes of a wire of radius 0, where rotations do not count.
+/// Contact must be searched for at the nodes of a wire of radius 0, where rotations do not count.
 void add_cable(int first, int last, const std::vector<BeamNode>& nodes,
                const std::vector<ElementLaw>& laws, BlockTridiagonal& tangent,
                std::vector<Node6>& gradient);

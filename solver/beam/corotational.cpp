@@ -157,6 +157,7 @@ void corotational_element(const BeamNode& a, const BeamNode& b, const ElementLaw
     const Mat7 k = stiffness(law);
     const Vec7 force = k * deformation(s, natural);
 
+    // ---- Gradient and Hessian in the element's frame
     // By spins of the ends in the element's frame.
     Mat7 T = Mat7::Identity();
     T.block<3, 3>(1, 1) = spin_to_vector(s.turn[0]);
@@ -167,6 +168,7 @@ void corotational_element(const BeamNode& a, const BeamNode& b, const ElementLaw
         h.block<3, 3>(1 + 3 * i, 1 + 3 * i) += turned_moment(s.turn[i], force.segment<3>(1 + 3 * i),
                                                              T.block<3, 3>(1 + 3 * i, 1 + 3 * i));
 
+    // ---- Derivative of the frame
     // The spin of the element's frame: G^T times the displacements in that frame.
     const double l = f.chord;
     Eigen::Matrix<double, 3, 12> G = Eigen::Matrix<double, 3, 12>::Zero();
@@ -195,6 +197,8 @@ void corotational_element(const BeamNode& a, const BeamNode& b, const ElementLaw
         K(i, 6 + i) -= g[0] / l;
         K(6 + i, i) -= g[0] / l;
     }
+
+    // ---- Rotation of forces and moments
     // The forces turn with the frame; those of the moments alone.
     Vec7 moments = g;
     moments[0] = 0;
@@ -224,6 +228,7 @@ void corotational_element(const BeamNode& a, const BeamNode& b, const ElementLaw
         K.row(4 + 6 * i) += 0.5 * sum[0] * first;
     }
 
+    // ---- In space and in the bodies' frames
     // To places in space and turns in the bodies' frames; the symmetric Hessian of turns at 0.
     const Mat3 out[4] = {f.axes, f.R[0].transpose() * f.axes, f.axes, f.R[1].transpose() * f.axes};
     for (int i = 0; i < 4; ++i) {

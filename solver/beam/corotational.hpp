@@ -16,6 +16,7 @@ struct CorotationalStrain {
     double stretch = 0;                          ///< [m]
     Vec3 turn[2] = {Vec3::Zero(), Vec3::Zero()}; ///< rotation vectors [rad]
 };
+/// Strains of the corotational element between two nodes.
 CorotationalStrain corotational_strain(const BeamNode& a, const BeamNode& b, double length);
 
 /// The same of the element free of stress.

@@ -245,6 +245,8 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23
     const T il = 1.0 / length;
     const BeamStrain<T> strains = strain(s, f, il);
     const V<T> C2{S[3], S[4], S[5]};
+
+    // ---- Stress and its derivatives by the strains
     // Of the mean stretch g.x + 1/2 (bow_0 g.y^2 + bow_1 g.z^2): its derivatives are 1, by, bz.
     const V<T> g_own = strains.gamma;
     const T by = bow[0] * g_own.y, bz = bow[1] * g_own.z;
@@ -259,6 +261,8 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23
     const V<T> b = own_b + il * scale_rows(C2, V<T>{more[3], more[4], more[5]});
     const V<T> C1{S[0], S[1] + n * bow[0], S[2] + n * bow[1]};
     const V<T> y = s.y, p = s.p;
+
+    // ---- Second derivatives in (y, w, p)
     const T w = s.w;
     const T psi = -f.f1, psi1 = -f.f2, psi2 = -f.f3;
     const T tau = dot(p, y), mu = dot(a, y), gamma = dot(a, p);
@@ -298,6 +302,7 @@ Tangent<T> tangent(const Pose<T>& s, T length, const T S[6], const T P[6], T S23
     Kpp.c[1].z += kp2 * S23;
     Kpp.c[2].y += kp2 * S23;
 
+    // ---- Mapping to the nodes
     // to (e, theta1, theta2): half = w/2, half skew(p) the derivatives of p
     const M<T> hp = 0.5 * skew(p);
     const T h = 0.5 * w;

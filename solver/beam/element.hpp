@@ -28,7 +28,9 @@ struct BeamNode {
     double rest[3] = {0, 0, 0}; ///< [m]
     double q[4] = {1, 0, 0, 0}; ///< unit quaternion (w, x, y, z); its frame's axis 1 is the tangent
 
+    /// x + rest, rounded [m].
     Vec3 position() const { return {x[0], x[1], x[2]}; }
+    /// Adds d to a coordinate without loss of digits [m].
     void move(int axis, double d)
     {
         // x + rest + d as a rounded sum and its error (Knuth)
@@ -36,6 +38,7 @@ struct BeamNode {
         rest[axis] = (x[axis] - (sum - back)) + (add - back);
         x[axis] = sum;
     }
+    /// x - from.x, to more digits than of either [m].
     double difference(const BeamNode& from, int axis) const
     {
         return (x[axis] - from.x[axis]) + (rest[axis] - from.rest[axis]);
@@ -60,7 +63,7 @@ struct ElementLaw {
     std::array<double, 6> S{}; ///< integral of the stiffness over the element [N m], [N m^3]
     std::array<double, 6> P{}; ///< integral of stiffness times natural strain
     double constant = 0;       ///< [J]
-    /// How much longer the middle line is, bent as an S between the ends, than the stretch says:
+    /// How much longer the middle line is, bent as an S between the ends, than the stretch states:
     /// for each shear [-], 6/5 without flexibility in shear. See set_bowing().
     std::array<double, 2> bowing{};
     std::vector<TableShare> beyond; ///< of tables, on the strains less the natural ones, P / S
@@ -68,10 +71,11 @@ struct ElementLaw {
 
 /// Energy of shares, its derivatives by the strains, and the second ones.
 struct BeyondLinear {
+    /// Of the table beyond its stiffness at rest [J].
     double energy = 0;
     std::array<double, 6> stress{};            ///< of stretch and curvatures; the others are 0
-    double stretch = 0;                        ///< by the stretch twice
-    double bend22 = 0, bend23 = 0, bend33 = 0; ///< by the curvatures
+    double stretch = 0;                        ///< by the stretch twice [N per unit of strain]
+    double bend22 = 0, bend23 = 0, bend33 = 0; ///< by the curvatures [N m^2]
 };
 /// @param strain  less the natural one
 BeyondLinear beyond_linear(const std::vector<TableShare>& shares,

@@ -108,7 +108,7 @@ template <class Visit> void for_stretches(const WireMaterial& m, double a, doubl
     }
 }
 
-/// Shares of the tables on [a, b]: across a step one segment's goes over into the other's.
+/// Shares of the tables on [a, b]: across a step one segment's changes over into the other's.
 std::vector<TableShare> shares_between(const WireMaterial& m, double a, double b)
 {
     std::vector<TableShare> all;
@@ -304,7 +304,7 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
         law.constant += 0.5 * law.P[i] * k;
     }
     // Residual bending flexibility of a constant-strain element: L^2/12 EI. A shear along axis 2
-    // goes with bending about axis 3.
+    // follows bending about axis 3.
     for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}})
         if (law.S[bend] > 0)
             law.S[shear] = L / (shear_flexibility / L + L * L * L / (12 * law.S[bend]));

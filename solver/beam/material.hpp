@@ -22,11 +22,11 @@ struct SectionStretch {
     std::array<int, 2> segment{}; ///< whose they are
 };
 
-/// A place on the wire's surface where contact is looked for; it stays with the material.
+/// A place on the wire's surface where contact is searched for; it stays with the material.
 struct MaterialPoint {
     double s = 0;      ///< from the base [m]
     int element = 0;   ///< between material nodes element, element + 1
-    double xi = 0;     ///< place in that element, 0..1
+    double xi = 0;     ///< place in that element, 0..1 (share)
     double radius = 0; ///< of the wire [m]
     int segment = 0;
     double spacing = 0; ///< length of wire that the point stands for [m]
@@ -54,8 +54,8 @@ struct WireMaterial {
 
 /// @param contact_spacing  distance of contact points [m]; 0: half the shortest element
 WireMaterial make_material(const std::vector<BeamSegment>& segments, double contact_spacing);
-/// Puts contact points at such distances from the tip on [m]; what was kept for each is no longer of
-/// use. Half the distance keeps every point: number k becomes 2 k.
+/// Puts contact points at such distances from the tip on [m]; what was kept for each is no longer
+/// of use. Half the distance keeps every point: number k becomes 2 k.
 void place_contact_points(WireMaterial& material, double spacing);
 /// How many those are.
 std::size_t contact_point_count(double length, double spacing);
@@ -88,6 +88,7 @@ struct HeldWire {
     double torsion = 0; ///< integral ds/GJ [1/(N m)]
     double bending = 0; ///< integral sum EI k0^2/2 [J]
 };
+/// The wire between its base and the place s, held straight.
 HeldWire held_between_base_and(const WireMaterial& m, double s);
 
 } // namespace amontons

@@ -103,7 +103,7 @@ Vec3 combine(const WireState& s, int element, const Hermite& h)
            h.h3 * first_axis(b.q);
 }
 
-// A place further along than this many bores from where it is looked for is another turn of the
+// A place further along than this many bores from where it is searched for is another turn of the
 // instrument: both are as long up to a contact, but for their clearance in bends.
 constexpr double kFurthest = 10;
 
@@ -112,7 +112,7 @@ constexpr double kFurthest = 10;
 // the introducer's end and from the inner one's tip, which touches by itself.
 constexpr double kLeastArm = 0.5;
 
-/// The place on a wire's centreline nearest to a point, looked for near material coordinate s;
+/// The place on a wire's centreline nearest to a point, searched for near material coordinate s;
 /// nothing if that is in the sheath or beyond the tip.
 /// @param reach  how far off s it may be [m]
 std::optional<WirePlace> nearest_place(const Wire& w, double s, const Vec3& x, double reach)
@@ -343,6 +343,8 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
                  behind_out = out.material.length - length_out(out);
     const int count = int(n.points.size());
     const double widest = widest_bore(out), least = kLeastArm * spacing_of(n);
+
+    // ---- Contact points in the bore
     for (int k = 0; k < count; ++k) {
         const bool outers = k != n.inners_tip();
         NestedContact contact;
@@ -471,7 +473,7 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& k)
         const Vec24 turned = sign * (bends * c.tangential[1] + across * (spin * c.tangential[0]));
         add_moment(K, 0, in, c.place, {1 - c.place.xi, c.place.xi}, c.radius * c.n, turned);
         add_moment(K, 12, out, k.outer, {1 - k.outer.xi, k.outer.xi}, -k.bore * c.n, turned);
-        // What acts on the moving one goes from node to node.
+        // What acts on the moving one runs from node to node.
         const int at = k.moves_on_inner ? 0 : 12;
         K.middleRows<12>(at) -= (sign * (Jd.transpose() * ft)) * (way / speed).transpose();
         add_moment(K, at, moving, place, {-1, 1}, -moment[k.moves_on_inner ? 0 : 1], way / speed);

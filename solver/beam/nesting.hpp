@@ -12,12 +12,15 @@ namespace amontons {
 
 /// One instrument in another. Both come out of the same introducer.
 struct Nesting {
+    /// The inner instrument.
     const Wire* inner = nullptr;
+    /// The outer instrument.
     const Wire* outer = nullptr;
     double friction = 0;               ///< [-]
     std::vector<MaterialPoint> points; ///< of the outer from its tip, then the inner's tip
     std::vector<Reaction> reaction;    ///< on the inner, at the points
 
+    /// Number of the contact point at the tip of the inner instrument.
     int inners_tip() const { return int(points.size()) - 1; }
 };
 
@@ -38,6 +41,7 @@ double nested_length(const Nesting& n);
 /// on the outer is the opposite. An instrument that fills the bore has two at a place: the one's
 /// normal is along the reaction known so far, the other's across it and the bore.
 struct NestedContact {
+    /// The contact as the inner instrument's.
     Candidate on_inner;
     WirePlace outer;             ///< place on the outer's centreline
     Vec3 x_outer;                ///< [m]
@@ -50,6 +54,7 @@ struct NestedContact {
 
 /// Where both were when the step began.
 struct NestingStart {
+    /// States at the start of the step.
     WireState inner, outer;
 };
 
@@ -60,13 +65,14 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
 /// The second derivative of a contact's work, with the signs of a tangent: to be added in rows and
 /// columns (inner a, inner b, outer a, outer b).
 using NestedTangent = Eigen::Matrix<double, 24, 24>;
+/// The second derivatives of a contact in a bore: docs/theory/beams.md.
 NestedTangent nested_tangent(const Nesting& n, const NestedContact& c);
 
 /// Moves the reactions with the outer's points when its base was moved by a length [m].
 void shift_nested_reactions(Nesting& n, double shift);
 
 /// Slip of the two surfaces over the step at one of the points, for a contact with a given normal
-/// [m].
+/// [m]
 Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal);
 
 } // namespace amontons

@@ -116,6 +116,8 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
     r.closed = shape.closed;
     r.segments = given;
     std::vector<double> corner{0}; // arc lengths of a polyline's points
+
+    // ---- Length along the shape, segments
     for (std::size_t i = 0; i + 1 < shape.points.size(); ++i)
         corner.push_back(corner.back() + (shape.points[i + 1].at - shape.points[i].at).norm());
     const bool polyline = shape.points.size() > 1;
@@ -133,6 +135,7 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
         throw InputError({{"", "/shape/curve", "an end away from the start",
                            "a curve that leads back to its start: the rod is closed"}});
 
+    // ---- Nodes
     const WireMaterial m = make_material(r.segments, 0);
     r.length = m.length;
     r.segment_start = m.segment_start;
@@ -167,6 +170,7 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
         r.radius.push_back(radius);
     }
 
+    // ---- Places and frames
     // places and frames
     r.nodes.assign(r.s.size(), BeamNode{});
     if (curve) {
@@ -223,6 +227,8 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
         set_frame(n, first_frame(shape, shape.direction));
         grow_naturally(r.nodes, r.law);
     }
+
+    // ---- Natural shape
     if ((curve || polyline) && shape.stress_free) {
         // What the strains are now is natural.
         for (int e = 0; e < r.element_count(); ++e) {

@@ -24,11 +24,13 @@ struct ElementMass {
 
 /// An element whose end is turned against its node: a rigid corner.
 struct RodCorner {
+    /// Number of the element that begins at the corner.
     int element = 0;
     int end = 0;     ///< 0: its first node
     Quaternion turn; ///< from the node's frame to the element's
 };
 
+/// Everything about a rod that does not change.
 struct RodModel {
     std::vector<double> s; ///< of the nodes, from the start [m]
     double length = 0;     ///< [m]
@@ -42,8 +44,11 @@ struct RodModel {
     std::vector<BeamSegment> segments;
     std::vector<double> segment_start; ///< [m]
 
+    /// Number of nodes.
     int node_count() const { return int(s.size()); }
+    /// Number of elements.
     int element_count() const { return int(law.size()); }
+    /// The second node of an element; node 0 for the last of a closed rod.
     int second(int element) const { return element + 1 < node_count() ? element + 1 : 0; }
     /// The element's tangent at one of its ends, in the frame of the node there.
     Vec3 axis(int element, int end) const;

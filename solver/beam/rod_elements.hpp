@@ -7,6 +7,7 @@
 
 namespace amontons {
 
+/// The elements that a rod can have.
 enum class RodElement { exact, corotational };
 
 /// Strains of an element: see element_strain.
@@ -26,10 +27,14 @@ void add_rod_elements(const RodModel& rod, const std::vector<BeamNode>& nodes, R
 /// A point of the smooth (cubic) middle line of an element, and its derivative by the displacements
 /// of the element's two nodes (places, turns in the body frames).
 struct RodPlace {
+    /// The place [m].
     Vec3 x;
+    /// Derivative of x by the twelve unknowns of the element's nodes.
     Eigen::Matrix<double, 3, 12> J;
 };
+/// A place on the middle line of an element and its derivative; xi of 0 to 1.
 RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
+/// The place alone [m].
 Vec3 rod_point(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
 
 /// Calls visit(element, mass [kg], xi) for the integration points of the mass: exact for squares of

@@ -11,10 +11,14 @@ namespace amontons {
 using Map6 = Eigen::Map<Vec6>;
 using ConstMap6 = Eigen::Map<const Vec6>;
 
+/// A block as an Eigen matrix.
 Mat6 dense(const Block6& b);
+/// Copies a matrix into a block.
 void set_block(Block6& b, const Mat6& m);
+/// Adds a matrix to a block.
 void add_to_block(Block6& b, const Mat6& m);
 
+/// The matrix of a rod: block-tridiagonal, closed rods with a border. docs/theory/rods.md.
 class RodMatrix {
 public:
     RodMatrix(int nodes, bool closed);
@@ -22,7 +26,9 @@ public:
     BlockTridiagonal chain;                  ///< of all nodes
     Block6 first_with_last, last_with_first; ///< of a closed rod
 
+    /// Sets all blocks to zero.
     void set_zero();
+    /// Multiplies all blocks.
     void scale(double by);
     /// Factors what stands in the blocks.
     /// @return  number of negative eigenvalues, of a symmetric matrix

@@ -8,7 +8,9 @@
 
 namespace amontons {
 
+/// A unit quaternion of the hot loops.
 struct Quaternion {
+    /// Scalar and vector, of norm 1.
     double q[4] = {1, 0, 0, 0};
 };
 

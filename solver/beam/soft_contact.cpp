@@ -114,7 +114,7 @@ Linear linearise(const std::vector<WireWall>& walls, const std::vector<const Can
         const auto at = 3 * k;
         l.turn.block<3, 3>(at, at) = t.turn;
         l.S.block<3, 3>(at, at) = t.F;
-        if (c.give > 0) l.C.block<3, 3>(at, at) = c.give * c.n * c.n.transpose();
+        if (c.compliance > 0) l.C.block<3, 3>(at, at) = c.compliance * c.n * c.n.transpose();
         if (!(c.normal > 0)) continue;
         // The normal reaction turns with the normal, friction keeps in the wall.
         const Vec3 ft = c.tangential[0] * c.t1 + c.tangential[1] * c.t2;
@@ -152,11 +152,11 @@ Linear linearise(const std::vector<WireWall>& walls, const std::vector<const Can
 
 } // namespace
 
-GivingContacts linearise_walls(const std::vector<WireWall>& walls,
-                               const std::vector<Candidate>& candidates, std::vector<int> which,
-                               std::vector<Proximity>& proximity)
+CompliantContacts linearise_walls(const std::vector<WireWall>& walls,
+                                  const std::vector<Candidate>& candidates, std::vector<int> which,
+                                  std::vector<Proximity>& proximity)
 {
-    GivingContacts out;
+    CompliantContacts out;
     out.which = std::move(which);
     if (out.which.empty()) return out;
     const auto n = Eigen::Index(out.which.size());
@@ -183,14 +183,14 @@ GivingContacts linearise_walls(const std::vector<WireWall>& walls,
     out.follow = blocks(Et, follow);
     out.share = blocks(Et, share);
     out.motion = blocks(rows, SE + SC * follow);
-    out.give = blocks(rows, SC * share);
+    out.compliance = blocks(rows, SC * share);
     out.holds = lu.determinant() > 0 && through.determinant() > 0;
     return out;
 }
 
 // Plain sweeps, each with the places and normals of the one before, err less by the dents' slopes
 // from one to the next. Where those are steep Newton's method takes over: forces and places change
-// by phi and Y so that what the moved wall says agrees,
+// by phi and Y so that what the moved wall states agrees,
 //     Y = S^-1 (F D + C phi),      phi = df + B (turn (Y - D) + dipole Y + tilt phi),
 // D and df what places and forces disagree by.
 double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::size_t w,
@@ -198,9 +198,11 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
 {
     SoftTube& tube = *walls[w].soft;
     const WireState& s = wire.state;
-    if (tube.beyond()) tube.take(s.wall[w]);
+    if (tube.hyperelastic()) tube.take(s.wall[w]);
     std::vector<Candidate> carriers;
     std::vector<TubeForce> forces;
+
+    // ---- Contact forces as they are known
     std::vector<Vec3> tangential, place; // as they are kept; in the undeformed wall
     double largest = 0;
     bool known = true;
@@ -226,6 +228,8 @@ double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::si
     if (carriers.empty()) return 0;
     const auto n = Eigen::Index(carriers.size());
     double change = 1, before = 1;
+
+    // ---- Sweeps until places, normals and displacement agree
     for (int sweep = 0; sweep < kMostSweeps; ++sweep) {
         std::vector<TubeForce> now;
         change = known ? 0 : 1;
@@ -303,7 +307,7 @@ Eigen::MatrixXd compliance_of_walls(const std::vector<WireWall>& walls,
         for (Eigen::Index k = 0; k < n; ++k) {
             const Candidate& c = candidates[std::size_t(k)];
             if (c.wall != int(w)) continue;
-            C.block<3, 3>(3 * k, 3 * k) = c.give * c.n * c.n.transpose();
+            C.block<3, 3>(3 * k, 3 * k) = c.compliance * c.n * c.n.transpose();
             if (!walls[w].soft) continue;
             places.push_back(walls[w].soft->place(c.along, c.around));
             at.push_back(k);

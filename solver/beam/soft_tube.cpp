@@ -11,7 +11,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kMostUsed = 700; // nodes in use before those of long ago are let go
+constexpr std::size_t kMostUsed = 700; // nodes in use before those of long ago are released
 constexpr std::int32_t kBlock = 8;     // of nodes whose columns are solved together
 constexpr double kSingular = 1e-14;    // of a factor's pivots
 constexpr int kMostPulls = 8;          // of Newton's method that pulls a point back
@@ -225,7 +225,7 @@ void SoftTube::use_(const TubePlace& place)
 
 void SoftTube::set_(Field& field, std::vector<TubeForce> forces)
 {
-    if (used_.size() > kMostUsed) { // the wire has gone on
+    if (used_.size() > kMostUsed) { // the wire has continued
         for (const std::int32_t g : used_)
             number_[std::size_t(g)] = -1;
         used_.clear();
@@ -294,7 +294,7 @@ Vec3 SoftTube::displacement(const TubePlace& p)
 Vec3 SoftTube::moved_(const std::array<double, 16>& weight, const TubePlace& p) const
 {
     const Vec3 by_forces = at_(now_, weight, p) - at_(start_, weight, p);
-    if (!beyond_) return by_forces; // the load is the same
+    if (!hyperelastic_) return by_forces; // the load is the same
     return by_forces + offset_at_(now_, weight, p) - offset_at_(start_, weight, p);
 }
 
@@ -458,7 +458,7 @@ Eigen::VectorXd SoftTube::answer(const Eigen::VectorXd& f) const
 
 Eigen::VectorXd SoftTube::whole_displacement() const
 {
-    if (beyond_) return state_->offset + answer(nodal_forces());
+    if (hyperelastic_) return state_->offset + answer(nodal_forces());
     return answer(load_ + nodal_forces());
 }
 

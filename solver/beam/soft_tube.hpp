@@ -31,7 +31,7 @@ struct TubeForce {
     Vec3 force = Vec3::Zero(); ///< [N]
 };
 
-/// What stood at a point in the undeformed tube, if the wall's displacement goes on straight from
+/// What stood at a point in the undeformed tube, if the wall's displacement continues straight from
 /// its inner surface: x = y + u(y).
 struct PulledBack {
     Vec3 y = Vec3::Zero(), u = Vec3::Zero(); ///< [m]
@@ -81,11 +81,14 @@ public:
         return inner_;
     } ///< of the grid, by rings
 
+    /// A place of the inner surface by arc length and angle [m, rad].
     TubePlace place(double along, double around) const;
 
     /// Forces that act now, and those to which displacements of `since` refer.
     void set_forces(std::vector<TubeForce> forces) { set_(now_, std::move(forces)); }
+    /// Forces to which displacements of `since` refer.
     void set_start(std::vector<TubeForce> forces) { set_(start_, std::move(forces)); }
+    /// Forces that act now.
     const std::vector<TubeForce>& forces() const { return now_.forces; }
 
     /// Of the inner surface under load and forces [m].
@@ -96,7 +99,7 @@ public:
     PulledBack pull_back(const Vec3& x, WallHint& hint);
 
     /// Null of a linear wall; else what it is made of.
-    const WallMaterial* beyond() const { return beyond_ ? &*beyond_ : nullptr; }
+    const WallMaterial* hyperelastic() const { return hyperelastic_ ? &*hyperelastic_ : nullptr; }
     /// Of a hyperelastic wall: in balance without contacts; energies count from here.
     const WallStatePointer& at_rest() const { return at_rest_; }
     /// Takes the offset of displacements from a state; of one with an older tangent, what makes
@@ -107,14 +110,14 @@ public:
     /// What the material answers to the present displacement, forces of now among the loads.
     /// @param state  in: offset, and elements to start from; out: all
     /// @returns  "", or what the wall does instead of answering
-    std::string look(WallState& state) const;
+    std::string evaluate_material(WallState& state) const;
     /// By which the material and all forces disagree there, 0 where it is held: 3 nodes [N].
     Eigen::VectorXd imbalance(const WallState& looked_at) const;
     /// K^-1 of forces on nodes, 3 nodes [m].
     Eigen::VectorXd answer(const Eigen::VectorXd& forces) const;
     /// Makes K the tangent at a displacement, and forgets all columns.
     /// @returns  false, and all is as before, where that is not positive definite
-    bool move_tangent(std::shared_ptr<const Eigen::VectorXd> at);
+    bool relinearise(std::shared_ptr<const Eigen::VectorXd> at);
     const std::shared_ptr<const Eigen::VectorXd>& tangent_at() const { return tangent_at_; }
     /// That was taken last, with the offset for this tangent.
     const WallState& state() const { return *state_; }
@@ -193,7 +196,7 @@ private:
     Field now_, start_;
     int columns_solved_ = 0, kept_ = 0;
 
-    std::optional<WallMaterial> beyond_;
+    std::optional<WallMaterial> hyperelastic_;
     SolidPattern pattern_;
     WallStatePointer at_rest_, taken_, state_; ///< taken_ with this tangent
     std::shared_ptr<const Eigen::VectorXd> tangent_at_;

@@ -34,7 +34,7 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, WallMaterial mater
     , frame_(tube_frame(options_))
     , load_(support.load.size() > 0 ? support.load
                                     : Eigen::VectorXd::Zero(3 * Eigen::Index(mesh_.nodes.size())))
-    , beyond_(std::move(material))
+    , hyperelastic_(std::move(material))
 {
     find_grid_();
     pattern_ = make_pattern(mesh_);
@@ -48,7 +48,7 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, WallMaterial mater
 /// From no load on, by as much of it at once as Newton's method finds a balance for.
 std::string SoftTube::find_rest_()
 {
-    const WallMaterial whole = *beyond_;
+    const WallMaterial whole = *hyperelastic_;
     const Eigen::VectorXd dead = load_;
     double done = 0, share = 1;
     WallState rest;
@@ -61,23 +61,23 @@ std::string SoftTube::find_rest_()
     const auto load = [&](double factor) {
         load_ = factor * dead;
         for (std::size_t k = 0; k < whole.pressures.size(); ++k)
-            beyond_->pressures[k].pressure = factor * whole.pressures[k].pressure;
+            hyperelastic_->pressures[k].pressure = factor * whole.pressures[k].pressure;
     };
     const auto newton = [&](WallState& s) -> std::string {
-        std::string fault = find_balance(mesh_, *beyond_, load_, s);
+        std::string fault = find_balance(mesh_, *hyperelastic_, load_, s);
         for (int i = 0; i < kMostNewton && fault.empty(); ++i) {
-            // Also at rest: that there is a factor says that the balance is stable.
-            assemble_wall_tangent(mesh_, pattern_, *beyond_, s, K);
+            // Also at rest: that there is a factor states that the balance is stable.
+            assemble_wall_tangent(mesh_, pattern_, *hyperelastic_, s, K);
             if (!factor_(K)) return "leave it no stable balance";
             if (largest_free(s.off, dofs_) <= kRestBalance * scale) return "";
             s.u += answer(s.off);
-            fault = find_balance(mesh_, *beyond_, load_, s);
+            fault = find_balance(mesh_, *hyperelastic_, load_, s);
         }
         return fault.empty() ? "leave it no balance that Newton's method finds" : fault;
     };
     // At rest there is a balance; that of a wall that nothing holds is not stable.
     load(0);
-    assemble_wall_tangent(mesh_, pattern_, *beyond_, rest, K);
+    assemble_wall_tangent(mesh_, pattern_, *hyperelastic_, rest, K);
     if (!factor_(K)) throw InputError({loose_wall()});
     while (done < 1) {
         share = std::min(share, 1 - done);
@@ -122,11 +122,11 @@ void SoftTube::set_start(const WallState& state)
     set_offset_(start_, state.u);
 }
 
-std::string SoftTube::look(WallState& s) const
+std::string SoftTube::evaluate_material(WallState& s) const
 {
     s.u = s.offset + answer(nodal_forces());
     s.tangent_at = tangent_at_;
-    return find_balance(mesh_, *beyond_, load_, s);
+    return find_balance(mesh_, *hyperelastic_, load_, s);
 }
 
 Eigen::VectorXd SoftTube::imbalance(const WallState& s) const
@@ -137,13 +137,13 @@ Eigen::VectorXd SoftTube::imbalance(const WallState& s) const
     return f;
 }
 
-bool SoftTube::move_tangent(std::shared_ptr<const Eigen::VectorXd> at)
+bool SoftTube::relinearise(std::shared_ptr<const Eigen::VectorXd> at)
 {
     WallState s; // with elements from rest: the tangent is a function of `at` alone
     s.u = *at;
-    if (!find_balance(mesh_, *beyond_, load_, s).empty()) return false;
+    if (!find_balance(mesh_, *hyperelastic_, load_, s).empty()) return false;
     SparseMatrix K = zero_matrix(pattern_);
-    assemble_wall_tangent(mesh_, pattern_, *beyond_, s, K);
+    assemble_wall_tangent(mesh_, pattern_, *hyperelastic_, s, K);
     if (!factor_(K)) return false;
     tangent_at_ = std::move(at);
     for (auto& column : column_)

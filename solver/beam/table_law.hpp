@@ -15,14 +15,19 @@ namespace amontons {
 struct TableLaw {
     /// From `start` on: force + stiffness d + bend d^2 / 2.
     struct Piece {
+        /// Strain where the piece starts; energy, force and stiffness there; bend: change of
+        /// stiffness [per unit of strain].
         double start = 0, energy = 0, force = 0, stiffness = 0, bend = 0;
     };
     std::vector<Piece> pieces;
-    double at_rest = 0; ///< stiffness at 0
+    double at_rest = 0; ///< stiffness at 0 [N per unit of strain]
 
+    /// Energy, force and stiffness at a strain.
     struct Value {
+        /// Energy per length [J/m], its first and second derivative by the strain.
         double energy = 0, force = 0, stiffness = 0;
     };
+    /// Of the whole table, with its stiffness at rest.
     Value at(double strain) const;
     /// What is more than the linear law of the stiffness at rest.
     Value beyond(double strain) const;

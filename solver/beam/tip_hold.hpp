@@ -10,6 +10,7 @@ namespace amontons {
 
 /// Force and moment of a hold on the wire, in space [N], [N m].
 struct TipLoad {
+    /// On the wire, in space [N, N m].
     Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
 };
 
@@ -27,7 +28,7 @@ TipLoad hold_tip(const Wire& wire, BlockTridiagonal& tangent, std::vector<Node6>
 /// Takes it from a row on the nodes of an element.
 void hold_tip(const Wire& wire, int element, ContactRow& row);
 
-/// Whether a place cannot move: a contact there has nothing to say.
+/// Whether a place cannot move: a contact there has nothing to report.
 bool is_held(const Wire& wire, int element, double xi);
 
 } // namespace amontons

@@ -14,11 +14,14 @@ namespace amontons {
 
 /// A pressure that follows its faces.
 struct WallPressure {
+    /// Faces on which the pressure acts.
     std::vector<FaceRef> faces;
     double pressure = 0; ///< [Pa], > 0 pushes into the wall
 };
 
+/// The wall's hyperelastic material and pressures.
 struct WallMaterial {
+    /// The law and its constants.
     Hyperelastic law;
     std::vector<HyperelasticElement> elements; ///< of the mesh, in its order
     std::vector<WallPressure> pressures;

@@ -275,9 +275,11 @@ void drive_base(Wire& wire, double insertion, double twist)
     s.inserted += shift;
     s.inserted_rest = 0;
     s.rotation += turn;
+
+    // ---- Mesh of the new base position
     s.first = first_node(wire.material, insertion);
     // Compressed or stretched in the sheath by much of an element, the wire is not where its base
-    // says: the element at the sheath's end would have next to no length, or less.
+    // states: the element at the sheath's end would have next to no length, or less.
     if (first_element_lags(wire))
         s.first = std::min(first_node(wire.material, s.inserted), wire.last() - 1);
     if (!wire.outside()) {
@@ -294,9 +296,11 @@ void drive_base(Wire& wire, double insertion, double twist)
         s.reaction = none;
         return;
     }
+
+    // ---- Translation along the centreline
     place_held_node(wire, s);
     if (shift != 0 || s.first != old.first) {
-        // Node i goes where the wire was a length `shift` further on.
+        // Node i passes where the wire was a length `shift` further on.
         const int last = wire.last();
         int j = old.first;
         const double old_end = wire.material.length - old.inserted;
@@ -435,7 +439,7 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
     assemble_dead_loads(wire, K, g);
 }
 
-void foresee_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
+void predict_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
                      std::vector<std::array<double, 6>>& out)
 {
     const WireState& s = wire.state;

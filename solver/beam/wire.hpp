@@ -21,16 +21,17 @@ struct Sheath {
     double fade = 0;               ///< the grip fades out over this length behind `end` [m]
     double grip = 0;               ///< lateral stiffness per length where the fading begins [N/m^2]
     /// Springs between what holds the base and the wire: a hand's. 0: held rigidly.
-    double give = 0;      ///< along the wire [m/N]
-    double turn_give = 0; ///< about it [rad/(N m)]
+    double compliance = 0;      ///< along the wire [m/N]
+    double turn_compliance = 0; ///< about it [rad/(N m)]
 };
 
 struct WallState; // solver/beam/wall_material.hpp
 
-/// Where a contact lies on a wall that gives way, as it was found last.
+/// Where a contact lies on a wall that is compliant, as it was found last.
 struct WallTouch {
+    /// True after the first evaluation.
     bool known = false;
-    double along = 0, around = 0; ///< as TubePlace's
+    double along = 0, around = 0; ///< as TubePlace's [m, rad]
     Vec3 n = Vec3::Zero();        ///< of the wall as it is displaced
 };
 
@@ -42,7 +43,7 @@ struct Reaction {
     WallTouch touch;
 };
 
-/// All that changes.
+/// State of a wire.
 struct WireState {
     int first = 0;            ///< material node at the held end (in a sheath: the moving one)
     double inserted = 0;      ///< length of wire past the sheath's rigid end [m]
@@ -54,7 +55,7 @@ struct WireState {
     std::vector<Reaction> reaction; ///< [point * walls + wall]
     Vec3 tip_moved = Vec3::Zero();  ///< of a held tip, since the hold took it [m]
     Vec3 tip_force = Vec3::Zero(), tip_moment = Vec3::Zero(); ///< of its hold [N], [N m]
-    double wall_energy = 0; ///< elastic, of walls that give way under the reactions [J]
+    double wall_energy = 0; ///< elastic, of walls that yield under the reactions [J]
     /// Of each wall how it is displaced, null where it is not hyperelastic; empty where none is.
     std::vector<std::shared_ptr<const WallState>> wall;
 };
@@ -66,7 +67,7 @@ struct TipHold {
     Quaternion section;        ///< the same
 };
 
-/// A wire that nothing changes but its state.
+/// Constant data of a wire, and its state.
 struct Wire {
     WireMaterial material;
     std::optional<Sheath> sheath;  ///< or a clamp at node 0
@@ -86,7 +87,7 @@ void start_in_sheath(Wire& wire, double insertion, double twist);
 
 /// The first material node for an insertion, so that the growing element has between a half
 /// and one and a half of its full length; last() if nothing is out. Depends on nothing else:
-/// pulling back meets the same meshes as pushing in.
+/// withdrawal passes through the meshes of insertion.
 int first_node(const WireMaterial& material, double insertion);
 
 /// Law of the element at the held end, for the length that is out.
@@ -97,8 +98,8 @@ Vec3 held_point(const Wire& wire, const WireState& state, double s);
 /// Rotation of a section of the held part.
 Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
 
-/// Sets a new base position and moves the wire along itself by the difference, as a snake
-/// does: a guess for the next equilibrium. Reactions move along. Adds and removes nodes.
+/// Predictor: translates the wire along its centreline by the base increment. Reactions move along.
+/// Adds and removes nodes.
 void drive_base(Wire& wire, double insertion, double twist);
 
 /// Whether the element at the sheath's end has become much shorter or longer than a whole one, as
@@ -110,13 +111,15 @@ struct BaseLoad {
     double push = 0;   ///< [N], positive in compression
     double torque = 0; ///< about the axis [N m]
 };
+/// Push and torque at the base [N, N m].
 BaseLoad base_load(const Wire& wire);
 
-/// How the balance of a wire that is out of its sheath feels its base: derivatives of the energy.
+/// Stiffness of the base of a wire that is out of its sheath: derivatives of the energy.
 struct BaseStiffness {
     Eigen::Matrix2d own;   ///< by (insertion, twist) twice [N/m], [N m/rad]
     Eigen::Matrix2d mixed; ///< rows 0 and 3 of node `first` in the gradient, by (insertion, twist)
 };
+/// Stiffness of the wire in its sheath against push and twist.
 BaseStiffness base_stiffness(const Wire& wire);
 
 /// Elastic energy, of the held part and the base's springs too [J].
@@ -132,7 +135,7 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
 
 /// Strains of the elements after an increment of the unknowns times `factor`, to first order.
 /// @param out  per element
-void foresee_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
+void predict_strains(const Wire& wire, const std::vector<Node6>& increment, double factor,
                      std::vector<std::array<double, 6>>& out);
 
 /// Moves the wire by an increment of its unknowns, times `factor`.
@@ -140,8 +143,10 @@ void move_wire(Wire& wire, const std::vector<Node6>& increment, double factor);
 
 /// Hermite weights: position = h0 x1 + h1 x2 + h2 t1 + h3 t2.
 struct Hermite {
+    /// Weights of the ends and of their slopes (the slopes times the length).
     double h0, h1, h2, h3;
 };
+/// Cubic Hermite weights at xi of 0 to 1.
 inline Hermite hermite(double xi, double length)
 {
     const double h0 = 1 - xi * xi * (3 - 2 * xi);

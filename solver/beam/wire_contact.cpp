@@ -106,6 +106,8 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
         moves.push_back(w.soft ? reach_of(*w.soft) : 0);
     const WireState& s = wire.state;
     const std::size_t nw = walls.size();
+
+    // ---- Candidates of each contact point
     for (std::size_t p = 0; p < wire.material.point.size(); ++p) {
         const MaterialPoint& m = wire.material.point[p];
         const auto place = place_of(wire, s, m.s, m.element, m.xi);
@@ -151,8 +153,8 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             // Over the slope: it changes as the point moves along the normal, to first order.
             c.gap = (sample.distance - m.radius) / std::max(sample.slope, kLeastSlope);
             if (walls[w].foundation > 0) {
-                c.give = 1 / (walls[w].foundation * m.spacing);
-                c.gap += c.give * r.normal;
+                c.compliance = 1 / (walls[w].foundation * m.spacing);
+                c.gap += c.compliance * r.normal;
             }
             c.mu = walls[w].friction[p];
             c.radius = m.radius;
@@ -214,7 +216,7 @@ void mark_soft_walls(const Wire& wire, const std::vector<WireWall>& walls)
 {
     for (std::size_t w = 0; w < walls.size(); ++w) {
         if (!walls[w].soft) continue;
-        if (walls[w].soft->beyond())
+        if (walls[w].soft->hyperelastic())
             walls[w].soft->set_start(*wire.state.wall[w]);
         else
             walls[w].soft->set_start(forces_on(wire, walls, w));

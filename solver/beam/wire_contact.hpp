@@ -12,6 +12,7 @@ class SoftTube;
 
 /// A row of derivatives with respect to the unknowns of an element's two nodes.
 struct ContactRow {
+    /// Row by the unknowns of the element's two nodes.
     Node6 a, b;
 };
 
@@ -27,7 +28,7 @@ inline ContactRow contact_row(const Vec12& v)
 /// A wall that the wire can touch.
 struct WireWall {
     const Wall* wall = nullptr;   ///< undeformed
-    SoftTube* soft = nullptr;     ///< that gives way as an elastic solid; null: rigid
+    SoftTube* soft = nullptr;     ///< that yields as an elastic solid; null: rigid
     double foundation = 0;        ///< or as springs along its normal: per length of wire [N/m^2]
     std::vector<double> friction; ///< at each contact point of the wire [-]
     std::vector<double> friction_of_segment; ///< what those are made from
@@ -41,6 +42,7 @@ constexpr double kSteepestWall = 1.25;
 /// point can have come near.
 struct Proximity {
     WallHint hint;
+    /// The place of the last evaluation [m].
     Vec3 at = Vec3::Zero();
     double distance = -1; ///< there [m]; < 0: unknown
 };
@@ -50,10 +52,12 @@ struct StepStart {
     std::vector<Vec3> point;         ///< on the centreline [m]
     std::vector<Quaternion> section; ///< rotation of the section
 };
+/// Stores places and frames of the contact points, from which slip counts.
 StepStart mark_step_start(const Wire& wire);
 
 /// A contact point near a wall: geometry in the current state, frame (n, t1 along the wire, t2).
 struct Candidate {
+    /// Numbers of the contact point and of the wall.
     int point = 0, wall = 0;
     int index = 0; ///< into WireState::reaction
     WirePlace place;
@@ -71,11 +75,11 @@ struct Candidate {
     bool sticks = false;
     bool bilateral = false;       ///< the gap is closed, whatever the sign of the reaction
     ContactRow hn, ht[2];         ///< derivatives of gap and slips
-    double along = 0, around = 0; ///< on a soft wall: as TubePlace's
-    double give = 0;              ///< on a foundation: 1 / stiffness along n [m/N]
+    double along = 0, around = 0; ///< on a soft wall: as TubePlace's [m, rad]
+    double compliance = 0;        ///< on a foundation: 1 / stiffness along n [m/N]
 };
 
-/// All points whose gap is below `reach` or that carry a reaction. Walls that give way are
+/// All points whose gap is below `reach` or that carry a reaction. Walls that are compliant are
 /// displaced by the reactions where those act now.
 /// @param covered  no points nearer the base than this: they lie in another instrument [m]
 /// @return  what forces on soft walls and the walls' shapes still disagree by [N]

@@ -8,8 +8,9 @@ namespace amontons {
 
 /// A place on the wire's centreline.
 struct WirePlace {
+    /// Number of the element.
     int element = 0;
-    double xi = 0;     ///< 0..1 in it
+    double xi = 0;     ///< 0..1 in it (share)
     double length = 0; ///< rest length of the element [m]
 };
 /// Where a material point is; nothing if it is still in the sheath.

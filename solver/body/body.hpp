@@ -12,12 +12,12 @@
 #include <string>
 #include <vector>
 
-// What a step asks of a body, whatever it is made of.
+// Interface between the time step and a body (rigid, solid, rod).
 //
 // A body has a state at the start of the step and an iterate, which becomes the state at its end.
 // Its unknowns y are a change of the iterate: of places [m] in quasi-static steps, of velocities
 // [m/s] in dynamic ones. With A its step matrix and H the rows of the contacts on it,
-//   A y = A y_free + H^T r:   y_free is where it would go without contact.
+//   A y = A y_free + H^T r:   y_free is its motion without contact.
 // What A cannot hold, the rigid modes R of a body that is held by its contacts alone, are unknowns
 // a of their own: y = y_free + A^+ H^T r + R a with the balance R^T (H^T r) + g = 0.
 
@@ -31,21 +31,25 @@ struct StepInput {
     double start = 0, h = 0; ///< [s]
     bool dynamic = false;
     TimeRule rule; ///< dynamic: how places follow velocities, and velocities forces
+    /// Acceleration [m/s^2].
     Vec3 gravity = Vec3::Zero();
     double load = 1; ///< share of the bodies' own loads, gravity apart
     /// Motion of second order: joints and the contacts of rigid bodies hold where the step ends,
     /// and their forces act half way (docs/theory/motion.md).
     bool follows = false;
+    /// Time at the end of the step [s].
     double end() const { return start + h; }
 };
 
 /// A place on a body: nodes with weights, or (no nodes) a point that is fixed to a rigid body or to
 /// a patch of a solid.
 struct BodyPlace {
+    /// Nodes and weights of a place on a mesh.
     std::span<const StencilEntry> nodes;
     Vec3 point = Vec3::Zero(); ///< at the iterate; of steps that follow it, half way [m]
     bool turns = false;        ///< the turn is meant, and a moment; of rigid bodies, patches and
                                ///< rods
+    /// The patch that carries the place, of joints on solids; else nullptr.
     const PatchPose* patch = nullptr;
     Vec3 arm = Vec3::Zero(); ///< of the point, from the patch's centre [m]
     bool half_way = false;   ///< of rods: forces act on the section as it is half way of the step
@@ -53,6 +57,7 @@ struct BodyPlace {
 
 /// A rigid placement: x = turn X + shift.
 struct Placement {
+    /// Rotation of the body.
     Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
     Vec3 shift = Vec3::Zero(); ///< [m]
     Vec3 operator*(const Vec3& X) const { return turn * X + shift; }
@@ -60,29 +65,31 @@ struct Placement {
 
 using SparseColumns = Eigen::SparseMatrix<double>;
 
-/// What the outside did to a body, or what it holds: for the balance of energy [J].
+/// Energy of one step: external work, dissipation, stored energy [J].
 struct BodyEnergy {
     double work = 0, work_absolute = 0; ///< of loads, weight and prescribed motion over the step
     double dissipated = 0;              ///< by damping and by the time-stepping rule over the step
-    double elastic = 0, kinetic = 0;    ///< at the end of the step
+    double elastic = 0, kinetic = 0;    ///< at the end of the step [J]
 };
 
+/// Interface between the time step and a body (rigid, solid, rod).
 class Body {
 public:
     virtual ~Body() = default;
 
+    /// Number of unknowns of its iterate.
     virtual int unknowns() const = 0;
     virtual bool nonlinear() const = 0; ///< its forces are not linear in the places
 
-    /// What is prescribed moves no place farther from one time to another [m].
+    /// Bound of the prescribed motion of any place from one time to another [m].
     virtual double prescribed_motion(double /*from*/, double /*to*/) const { return 0; }
 
-    /// Begins a step (or, after a refusal, the same one anew): the iterate is the state, moved as
-    /// what is prescribed says.
+    /// Begins a step (or, after a refusal, the same one anew): the iterate is the state with the
+    /// prescribed motion applied.
     virtual void begin(const StepInput& step) = 0;
-    /// The iterate is the state itself again, until begin() moves it as what is prescribed says.
+    /// Resets the iterate to the state, until begin() applies the prescribed motion.
     /// @return  false if nothing is prescribed: nothing was done
-    virtual bool stand_at_start() = 0;
+    virtual bool reset_to_start() = 0;
     /// Matrix and residual at the iterate, without contact forces.
     virtual void linearise() = 0;
 
@@ -93,7 +100,7 @@ public:
     virtual Vec3 displacement(const BodyPlace& at) const = 0;   ///< iterate - start of step [m]
     virtual Vec3 velocity(const BodyPlace& at) const = 0;       ///< of the iterate [m/s]
     virtual Vec3 start_velocity(const BodyPlace& at) const = 0; ///< at the start of the step
-    /// What is known of the mean velocity of a dynamic step: all but the end velocity's share.
+    /// Known part of the mean velocity of a dynamic step: without the share of the end velocity.
     virtual Vec3 past_velocity(const BodyPlace& at) const = 0;
 
     virtual Eigen::VectorXd free_change() const = 0; ///< y_free
@@ -107,20 +114,20 @@ public:
     }
     virtual const Eigen::MatrixXd& modes() const = 0; ///< R, unknowns x m
     virtual Eigen::VectorXd mode_load() const = 0;    ///< g: loads on the modes, less inner forces
-    /// "shift along (0, 0, 1)": what the modes do together. @param a  amplitudes, m
+    /// Name of a combination of modes, e.g. "shift along (0, 0, 1)". @param a  amplitudes, m
     virtual std::string mode_name(const Eigen::VectorXd& a) const = 0;
 
-    /// Directions of the modes that no contact feels, m x some, orthonormal: along these the coming
-    /// change() leaves the body as a whole where it is.
-    virtual void rest_along(const Eigen::MatrixXd&) {}
+    /// Sets rigid modes constrained by no contact, m x some, orthonormal; the next update() leaves
+    /// them at rest.
+    virtual void set_unconstrained_modes(const Eigen::MatrixXd&) {}
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
-    virtual void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    virtual void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                         const Eigen::VectorXd& force) = 0;
-    /// Share of the last change that was made; less where an element would have turned inside out.
-    virtual double share_made() const { return 1; }
-    /// Why the iterate is none that may be gone on from; "" if it may.
+    /// Accepted step length in (0, 1]; < 1 where the line search avoided inversion.
+    virtual double accepted_step_length() const { return 1; }
+    /// Why the iterate is invalid; empty if it is valid.
     virtual std::string fault() const { return ""; }
-    /// What its user should know of the accepted state; "" if nothing.
+    /// Remark on the accepted state for the user; empty if there is none.
     virtual std::string remark() const { return ""; }
     /// How far the iterate is from balance under these contact forces, relative to the forces [-].
     virtual double imbalance(const Eigen::VectorXd& force) = 0;
@@ -128,7 +135,7 @@ public:
     /// Before a dynamic step is accepted: the moment of its contacts and joints about the origin
     /// [N m s], each at one place for both bodies. Surfaces that slide along each other, or that a
     /// gap parts, have places of their own; acting there, forces would turn the two together.
-    virtual void take_moment(const Vec3&) {}
+    virtual void add_contact_moment(const Vec3&) {}
     /// The iterate becomes the state.
     virtual BodyEnergy accept(const Eigen::VectorXd& force) = 0;
 
@@ -140,6 +147,7 @@ public:
 
     /// Velocities of the state, of as many numbers as the body has; before its first step.
     virtual std::vector<double> velocities() const { return {}; }
+    /// Sets velocities of a saved state.
     virtual void set_velocities(std::span<const double> /*velocities*/) {}
 
     /// Everything that the next step depends on.

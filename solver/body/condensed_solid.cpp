@@ -60,6 +60,8 @@ void CondensedSolid::make_parts()
 {
     parts_of_u_.clear();
     const Eigen::Index size = at3(mesh_.nodes.size());
+
+    // ---- Loads, holds and weight as vectors
     const auto load = [&](std::size_t input, int axis, Eigen::VectorXd force) {
         Part p;
         p.input = input;
@@ -102,9 +104,10 @@ void CondensedSolid::make_parts()
             if (!p.dofs.empty()) parts_of_u_.push_back(std::move(p));
         }
 
+    // ---- Responses, all solved at once
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
-    // that tell the mean motion (A is symmetric), and turns of the holds, whose forces are moments.
-    // All are solved for at once.
+    // that report the mean motion (A is symmetric), and turns of the holds, whose forces are
+    // moments. All are solved for at once.
     const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols(),
                        turns = 3 * Eigen::Index(input_.hold.size());
     Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes + turns);
@@ -134,6 +137,8 @@ void CondensedSolid::make_parts()
     for (Eigen::Index j = 0; j < n + modes + turns; ++j)
         for (std::size_t i = 0; i < dofs_.free.size(); ++i)
             U(dofs_.free[i], j) = free(Eigen::Index(i), j);
+
+    // ---- Responses at touching nodes, and between the parts
     const auto at_touching = [&](Eigen::Index j) {
         Eigen::VectorXd u(at3(touching_.size()));
         for (std::size_t k = 0; k < touching_.size(); ++k)
@@ -227,7 +232,7 @@ void CondensedSolid::begin(const StepInput& step)
         for (int axis = 0; axis < 3; ++axis)
             if (unknown_of_[3 * k + std::size_t(axis)] < 0) {
                 now_.u[3 * touching_[k] + axis] = u[at3(k) + axis];
-                on_touching_now_[at3(k) + axis] = 0; // until carry()
+                on_touching_now_[at3(k) + axis] = 0; // until add_reaction()
             }
     place_touching(now_);
 }
@@ -286,7 +291,7 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
     whole.setFromTriplets(entries.begin(), entries.end());
     motions_.reset();
-    // A run that goes on counts as the one that was stopped.
+    // A run that continues counts as the one that was stopped.
     same_columns_ = make_W(C, whole, W) ? same_columns_ + 1 : 0;
     keep_W(C, W);
 }
@@ -339,7 +344,7 @@ Eigen::VectorXd CondensedSolid::solve(const Eigen::VectorXd& force)
     return y;
 }
 
-void CondensedSolid::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void CondensedSolid::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                             const Eigen::VectorXd& force)
 {
     for (std::size_t i = 0; i < free_touching_.size(); ++i) {
@@ -385,7 +390,7 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
 
 /// By reciprocity what a hold needs against them, and the work of it, follow as of other nodes:
 /// there a prescribed part moves by one.
-void CondensedSolid::carry(const BodyPlace& at, const Vec3& force)
+void CondensedSolid::add_reaction(const BodyPlace& at, const Vec3& force)
 {
     const Vec3 f = now_.frame.turn.conjugate() * force;
     for (const StencilEntry& e : at.nodes) {

@@ -26,10 +26,10 @@ public:
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
     Eigen::VectorXd solve(const SparseColumns& C, const Eigen::VectorXd& r) override;
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }
-    void carry(const BodyPlace& at, const Vec3& force) override;
+    void add_reaction(const BodyPlace& at, const Vec3& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     std::vector<Vec3> reactions() const override;
     std::vector<Vec3> moments() const override;

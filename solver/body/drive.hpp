@@ -8,6 +8,7 @@ namespace amontons {
 
 /// A rotation vector from a rotation, |.| <= pi, and back.
 Vec3 rotation_vector(const Eigen::Quaterniond& q);
+/// The quaternion of a rotation vector [rad].
 Eigen::Quaterniond rotation(const Vec3& vector);
 
 /// "shift along (0, 0, 1)", "turn about ...", or both where neither is small.
@@ -23,7 +24,8 @@ Placement start_placement(const StartInput& start);
 void turn_with_mesh(SolidInput& input, VolumeMesh& mesh);
 
 /// Where a drive puts a body at time t.
-/// @param centre  the body's own, before it is placed: the turn goes about it unless said otherwise
+/// @param centre  the body's own, before it is placed: the turn is about it unless specified
+/// otherwise
 Placement driven_placement(const DriveInput& drive, const Placement& start, const Vec3& centre,
                            double t);
 

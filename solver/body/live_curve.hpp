@@ -15,7 +15,9 @@ struct LiveCurve {
     std::string unit;
     CurvePoints* curve = nullptr; ///< the body's own, which counts
     double missing = 0;           ///< its value where the scene has none
+    /// Least admissible value, in the unit of the input.
     double lower = -std::numeric_limits<double>::infinity();
+    /// Greatest admissible value, in the unit of the input.
     double upper = std::numeric_limits<double>::infinity();
 };
 

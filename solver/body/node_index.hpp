@@ -9,6 +9,7 @@ inline Eigen::Index at3(std::size_t node)
 {
     return 3 * Eigen::Index(node);
 }
+/// The first of a node's six unknowns.
 inline Eigen::Index at6(std::size_t node)
 {
     return 6 * Eigen::Index(node);

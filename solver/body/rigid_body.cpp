@@ -129,7 +129,7 @@ void RigidBody::drive(double t)
     }
 }
 
-bool RigidBody::stand_at_start()
+bool RigidBody::reset_to_start()
 {
     if (driven()) now_ = state_;
     return driven();
@@ -180,7 +180,7 @@ void RigidBody::move_by(const Vec3& impulse, const Vec3& moment)
 }
 
 /// About which moments of contacts and joints are taken in a step of second order: followed ones
-/// act half way, others where the step starts, on a centre that goes on (see accept()).
+/// act half way, others where the step starts, on a centre that continues (see accept()).
 Vec3 RigidBody::reference() const
 {
     return step_.follows ? Vec3(0.5 * (state_.centre + now_.centre))
@@ -243,13 +243,13 @@ Vec3 RigidBody::displacement(const BodyPlace& at) const
         const MeanMotion m = mean_motion();
         return m.shift + m.turn.cross(at.point - m.centre);
     }
-    if (step_.dynamic && !driven()) { // as the velocities say: what forces there work on
+    if (step_.dynamic && !driven()) { // as the velocities state: what forces there work on
         const Vec3 arm = at.point - state_.centre;
         return step_.h * (step_.rule.end * (now_.velocity + now_.spin.cross(arm)) + past_velocity_ +
                           past_spin_.cross(arm));
     }
     // A body of revolution that turns about its axis rolls: ever other material comes to where it
-    // touches. What has come past there is the turn's arc; what touches at the end has gone the
+    // touches. What has come past there is the turn's arc; what touches at the end has moved by the
     // chord, which falls short of it by a share that grows with the step.
     const Vec3 turned = rotation_vector(now_.turn * state_.turn.conjugate());
     if (is_of_revolution_about(now_.turn.conjugate() * turned)) {
@@ -341,7 +341,7 @@ std::string RigidBody::mode_name(const Eigen::VectorXd& a) const
     return name_of_motion(motion.head<3>(), size_ * motion.tail<3>());
 }
 
-void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void RigidBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
     if (driven()) return;
@@ -361,7 +361,7 @@ void RigidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
     now_.turn.normalize();
 }
 
-void RigidBody::carry(const Vec3& force, const Vec3& torque)
+void RigidBody::add_reaction(const Vec3& force, const Vec3& torque)
 {
     carried_ = force;
     const Vec3 middle = step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;

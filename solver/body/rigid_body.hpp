@@ -15,6 +15,7 @@ namespace amontons {
 /// inertia of the end of the step is taken.
 class RigidBody final : public Body {
 public:
+    /// @param mass  of the shape: density times volume [kg], and its inertia [kg m^2]
     RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass);
 
     const RigidShape& shape() const { return shape_; }
@@ -22,9 +23,11 @@ public:
     Placement placement() const { return placement_of(now_); }
     /// At the end of a step without contact.
     Placement free_placement(const StepInput& step) const;
+    /// Place and rotation at the start of the run.
     Placement start_placement() const { return placement_of(state_); }
 
     const Vec3& centre() const { return state_.centre; } ///< of mass [m]
+    /// Of the centre of mass [m/s].
     const Vec3& centre_velocity() const { return state_.velocity; }
     const Vec3& spin() const { return state_.spin; } ///< [rad/s]
 
@@ -32,20 +35,22 @@ public:
     bool nonlinear() const override { return false; }
     /// Its contacts stand for equal parts of a face.
     bool spread() const { return input_.shape.points > 0; }
+    /// True if a drive prescribes its motion.
     bool driven() const { return input_.drive.given; }
     /// What a caller may lead by hand: its drive, the factor on its force and torque.
     std::vector<LiveCurve> live_curves();
+    /// The start, as the scene gives it.
     const StartInput& begun() const { return input_.start; }
     /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
-    /// its drive says.
+    /// its drive specifies.
     void drive_to(const Placement& at);
     /// What contacts and couplings do to a driven body: the drive works against it.
     /// @param force   mean over a dynamic step, at the end of a quasi-static one [N]
     /// @param torque  about the origin [N m]
-    void carry(const Vec3& force, const Vec3& torque);
+    void add_reaction(const Vec3& force, const Vec3& torque);
     double prescribed_motion(double from, double to) const override;
     void begin(const StepInput& step) override;
-    bool stand_at_start() override;
+    bool reset_to_start() override;
     void linearise() override {}
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
@@ -59,10 +64,10 @@ public:
     const Eigen::MatrixXd& modes() const override { return modes_; }
     Eigen::VectorXd mode_load() const override;
     std::string mode_name(const Eigen::VectorXd& a) const override;
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }
-    void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
+    void add_contact_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
     double speed() const override
@@ -115,7 +120,7 @@ private:
     std::optional<Placement> driven_to_;
     Vec3 carried_ = Vec3::Zero(), carried_torque_ = Vec3::Zero();       ///< about its own centre
     Vec3 carried_before_ = Vec3::Zero(), torque_before_ = Vec3::Zero(); ///< at the state
-    std::optional<Vec3> contact_moment_;                                ///< take_moment
+    std::optional<Vec3> contact_moment_;                                ///< add_contact_moment
     Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
     Eigen::MatrixXd modes_;
 

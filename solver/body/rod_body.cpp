@@ -47,6 +47,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
     , K_(1, false)
     , M_(1, false)
 {
+    // ---- Nodes at holds, loads and couplings
     std::vector<double> places;
     for (const RodHold& h : input_.hold)
         if (h.at) places.push_back(*h.at);
@@ -88,6 +89,8 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
         if (set == "end") return rod_.closed ? 0 : int(n) - 1;
         return rod_.node_at(at.value_or(0));
     };
+
+    // ---- Holds and loads
     std::vector<Issue> issues;
     for (std::size_t k = 0; k < input_.hold.size(); ++k) {
         const RodHold& h = input_.hold[k];
@@ -132,6 +135,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
         root_ = nodes_held[0];
     if (!input_.fed.empty()) root_ = -1; // the sheath holds it, too
 
+    // ---- Masses and state
     state_.nodes = rod_.nodes;
     if (!input_.fed.empty()) start_at_sheath();
     state_.velocity.assign(n, Vec6::Zero());
@@ -231,7 +235,7 @@ Mat6 RodBody::held_rigid_motions() const
 
 std::vector<std::string> RodBody::free_motions() const
 {
-    if (in_medium()) return {}; // it holds whatever moves
+    if (has_drag()) return {}; // it holds whatever moves
     const SymmetricEigen6 eigen = symmetric_eigen(held_rigid_motions());
     std::vector<std::string> names;
     for (int k = 0; k < 6; ++k)
@@ -258,7 +262,7 @@ void RodBody::begin(const StepInput& step)
         now_.velocity[i] = -past_velocity_[i] / step.rule.end;
 }
 
-bool RodBody::stand_at_start()
+bool RodBody::reset_to_start()
 {
     return false; // what is prescribed is part of the free motion
 }
@@ -333,7 +337,7 @@ void RodBody::linearise()
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
-        add_anchor();
+        add_viscous_pull();
     }
     held_ = held_at(now_, step_.end());
     Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns());
@@ -470,7 +474,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     acting_ = acting;
     if (step_.dynamic) {
         e.dissipated = end_memory();
-    } else { // the tangent of what is accepted, not of the iterate before: it tells stability
+    } else { // the tangent of what is accepted, not of the iterate before: it reports stability
         e.dissipated = taken_by_drag();
         forces(now_, step_.end(), inner_, load_);
         Eigen::VectorXd unused = residual_;

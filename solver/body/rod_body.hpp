@@ -14,6 +14,7 @@ namespace amontons {
 
 /// A contact force on a rod as far as it is known before linearise().
 struct ContactLoad {
+    /// Where the force acts.
     BodyPlace at;
     Vec3 force = Vec3::Zero();     ///< on the rod, in space [N]
     Vec3 normal = Vec3::UnitZ();   ///< unit, into the rod
@@ -47,6 +48,7 @@ public:
         double radius = 0;   ///< of the rod there [m]
         int node = 0;        ///< the nearest node along the rod
     };
+    /// The nearest place of the middle line to x [m].
     Nearest nearest(const Vec3& x) const;
     /// A node as a place of the rod: (element, xi).
     StencilEntry place_of_node(int node) const;
@@ -57,8 +59,11 @@ public:
 
     /// What a caller may lead by hand: its loads, and how far it is fed out of a sheath.
     std::vector<LiveCurve> live_curves();
+    /// Constant data of the rod.
     const RodModel& model() const { return rod_; }
+    /// Nodes of the iterate.
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
+    /// Nodes of the run's first state.
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
     std::array<double, 6> strain(int element) const; ///< of the iterate
     /// Forces and moments of an element's section, in the order of its strains [N], [N m].
@@ -84,7 +89,7 @@ public:
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
-    double contact_reach() const; ///< of gaps that are looked at [m]
+    double contact_reach() const; ///< of gaps that are examined [m]
     /// Where it may touch what runs along it.
     const std::vector<CurvePlace>& stations() const { return stations_; }
     /// ... by the elements as they are away from a sheath's end.
@@ -102,14 +107,15 @@ public:
     void note_negative(int count) { negative_ = count; }
     /// Tension holds it, not bending, and at the iterate its tangent has negative eigenvalues,
     /// which it had not where the step began.
-    bool slips_off_balance() const;
+    bool slip_is_unbalanced() const;
     /// Rigid motions that no hold prevents, in words.
     std::vector<std::string> free_motions() const;
     /// Contacts may hold what no hold does. Each of Newton's motions at rest is then taken against
     /// a spring from the iterate that holds what nothing else holds (Rockafellar 1976, the proximal
     /// point method): the balance does not change by it, and what nothing holds stays where it is.
-    void lean_on_contacts();
-    bool leans() const { return anchor_ > 0; }
+    void stabilise_with_contacts();
+    /// True if contacts alone hold the rod, and springs stabilise its matrix.
+    bool is_stabilised() const { return anchor_ > 0; }
     /// Of the spring, on a node's place along the rod and its turns [N/m, N m].
     std::array<double, 2> anchor_on(int node) const;
     /// Shifts along x, y, z and turns about them through the middle node, over the rod's size, at
@@ -120,14 +126,18 @@ public:
     /// Contact forces as they are known at the iterate of a quasi-static step: how they turn with
     /// the rod becomes part of the next linearise()'s matrix. The answer does not change by it,
     /// only the way there.
-    void expect_contacts(std::span<const ContactLoad> loads);
+    void set_contact_forces(std::span<const ContactLoad> loads);
     /// A place on the middle line and its derivatives: by the place along its element (0 to 1) and
     /// by the displacements of the element's two nodes.
     struct Line {
+        /// The element's nodes.
         int node[2] = {0, 0};
+        /// Place [m] and first and second derivative along the element's 0 to 1.
         Vec3 x, slope, bend;
+        /// Derivatives of place and slope by the twelve unknowns.
         Eigen::Matrix<double, 3, 12> J, J_slope;
     };
+    /// The middle line at a place of a contact, for the geometry of contact.
     Line line(const BodyPlace& at) const;
     /// Derivative of (direction . motion of the place) by the displacements of its two nodes.
     Vec12 row(const BodyPlace& at, const Vec3& direction) const;
@@ -144,7 +154,9 @@ public:
             sum += law.S[0];
         return sum;
     }
+    /// Length of an element at rest [m].
     double element_length(int element) const { return rod_.law[std::size_t(element)].length; }
+    /// Radius of an element [m].
     double element_radius(int element) const { return rod_.radius[std::size_t(element)]; }
     /// Of linearise(), A y' = right for the motion y = y' + prescribed, where A has no row or
     /// column of what is held (not zero on the diagonal), and neither has y'.
@@ -160,7 +172,7 @@ public:
     /// motion over a step acts drag [N/m^2] times the length that it stands for (turns: times that
     /// length squared too). 0: none, as at first.
     /// @param from_rest  what the last step ended with is forgotten
-    void drag_by(double drag, bool from_rest = false);
+    void set_viscous_drag(double drag, bool from_rest = false);
     /// Of places, over the step so far [m].
     double largest_motion() const;
 
@@ -170,7 +182,7 @@ public:
     int unknowns() const override { return 6 * rod_.node_count(); }
     bool nonlinear() const override { return true; }
     void begin(const StepInput& step) override;
-    bool stand_at_start() override;
+    bool reset_to_start() override;
     void linearise() override;
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
@@ -184,7 +196,7 @@ public:
     const Eigen::MatrixXd& modes() const override { return modes_; }
     Eigen::VectorXd mode_load() const override { return {}; }
     std::string mode_name(const Eigen::VectorXd&) const override { return ""; }
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
@@ -199,9 +211,9 @@ public:
     /// One step of this length (root mean square of the nodes' motion) along the path of balances,
     /// on which the time t is an unknown too. Where it fails nothing has changed.
     /// @param gravity  [m/s^2]
-    /// @param t     in: where it stands; out: where it went [s]
-    /// @param first  step in time that says where the path begins [s]
-    /// @param end    a step that would go further goes to this time, and is shorter [s]
+    /// @param t     in: where it stands; out: where it passed [s]
+    /// @param first  step in time that states where the path begins [s]
+    /// @param end    a step that would continue ends at this time, and is shorter [s]
     /// @return  iterations, 0: it failed
     int path_step(double length, double first, double end, double tolerance, const Vec3& gravity,
                   double& t);
@@ -223,7 +235,7 @@ private:
         Mat6 free = Mat6::Identity();
         Vec6 move = Vec6::Zero(); ///< from the iterate
     };
-    struct Expected {
+    struct KnownForce {
         StencilEntry at; ///< element, xi
         ContactLoad load;
     };
@@ -253,7 +265,7 @@ private:
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
     void add_drag();
-    void add_anchor();
+    void add_viscous_pull();
     double length_at(int node) const; ///< that a node stands for [m]
     double taken_by_drag();           ///< in the step [J]
     double drag() const;
@@ -328,7 +340,7 @@ private:
     std::vector<Vec6> moved_; ///< sum of the step's motions, turns in the sections' axes
     RodMatrix K_, M_;
     std::vector<Held> held_;
-    std::vector<Expected> expected_;
+    std::vector<KnownForce> expected_;
     std::vector<Node6> inner_, load_;          ///< at the iterate
     std::vector<Node6> acting_;                ///< loads and reactions at the accepted state
     std::vector<Node6> reaction_;              ///< at the accepted state

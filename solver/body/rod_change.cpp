@@ -168,7 +168,7 @@ double RodBody::slack_share(const Eigen::VectorXd& y) const
     return now > 0 && then < (1 - kTaken) * now ? kTaken * now / (now - then) : 1;
 }
 
-void RodBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eigen::VectorXd&)
+void RodBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eigen::VectorXd&)
 {
     before_last_ = last_motion_;
     if (!step_.dynamic) {

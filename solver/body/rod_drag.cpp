@@ -15,7 +15,7 @@ constexpr double kAnchorFloor = 1e-13; // of EA / l, whose round-off would be a 
 
 } // namespace
 
-void RodBody::drag_by(double drag, bool from_rest)
+void RodBody::set_viscous_drag(double drag, bool from_rest)
 {
     if (from_rest) drag_before_.assign(state_.nodes.size(), Vec6::Zero());
     drag_ = drag;
@@ -47,17 +47,17 @@ double RodBody::drag_on(int node, int axis) const
     return drag() * length * (axis < 3 ? 1 : length * length);
 }
 
-void RodBody::lean_on_contacts()
+void RodBody::stabilise_with_contacts()
 {
-    double softest = std::numeric_limits<double>::infinity(), stiffest = 0, length = 0;
+    double min_stiffness = std::numeric_limits<double>::infinity(), stiffest = 0, length = 0;
     for (const ElementLaw& law : rod_.law) {
         length += law.length;
         stiffest = std::max(stiffest, law.S[0] / (law.length * law.length));
         for (int k = 3; k < 6; ++k)
-            softest = std::min(softest, law.S[std::size_t(k)] / law.length);
+            min_stiffness = std::min(min_stiffness, law.S[std::size_t(k)] / law.length);
     }
     const double whole =
-        std::max(kAnchor * softest / (length * length * length), kAnchorFloor * stiffest);
+        std::max(kAnchor * min_stiffness / (length * length * length), kAnchorFloor * stiffest);
     anchor_ = whole / length;
 }
 
@@ -67,7 +67,7 @@ std::array<double, 2> RodBody::anchor_on(int node) const
     return {place, place * size_ * size_};
 }
 
-void RodBody::add_anchor()
+void RodBody::add_viscous_pull()
 {
     if (anchor_ == 0) return;
     for (int i = 0; i < rod_.node_count(); ++i) {

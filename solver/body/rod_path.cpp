@@ -37,6 +37,8 @@ int RodBody::path_step(double length, double first, double end, double tolerance
     Eigen::VectorXd done = Eigen::VectorXd::Zero(unknowns());
     double target = length;
     bool last = false; // to the end: the time is no unknown
+
+    // ---- Newton's method with the length of the step as a condition
     const Eigen::VectorXd none;
     for (int i = 0; i <= kMost; ++i) {
         step_.h = t - begin;
@@ -111,7 +113,7 @@ int RodBody::path_step(double length, double first, double end, double tolerance
         t += dt;
         step_.h = t - begin;
         done += y;
-        RodBody::change(y, none, none);
+        RodBody::update(y, none, none);
         const double error = imbalance(none);
         const double share = std::sqrt(dot_of_places(done, done)) / target;
         const bool length_right = last ? share <= kLongest : std::abs(share - 1) <= 1e-6;

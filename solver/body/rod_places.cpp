@@ -13,7 +13,7 @@ namespace {
 // buckles in over an element's length squared: two neighbours hold the rod's slope, too.
 constexpr double kHold = 4;
 constexpr double kRope = 10;
-constexpr double kLean = 0.1;    // on what gives way, of its own stiffness there
+constexpr double kLean = 0.1;    // on what is compliant, of its own stiffness there
 constexpr double kTautRod = 1e3; // tension times length squared of EI: bending holds nothing
 
 } // namespace
@@ -136,7 +136,7 @@ double RodBody::contact_reach() const
     return 2 * *std::max_element(rod_.radius.begin(), rod_.radius.end()) + 0.25 * longest;
 }
 
-void RodBody::expect_contacts(std::span<const ContactLoad> loads)
+void RodBody::set_contact_forces(std::span<const ContactLoad> loads)
 {
     expected_.clear();
     for (const ContactLoad& l : loads)
@@ -150,7 +150,7 @@ void RodBody::expect_contacts(std::span<const ContactLoad> loads)
 // Where what is touched stands still and the rod is compressed, the row n^T J is held besides: with
 // r = s - rho (g + n^T J y) the answer s of the contact problem is r itself, since g + n^T J y = 0
 // where s > 0, and K with rho is positive definite where the rod is stable between its contacts:
-// under compression it is not without them. A contact that lets go in this iteration is held once
+// under compression it is not without them. A contact that releases in this iteration is held once
 // too long; the next one does not expect it.
 //
 // On a solid, rows are held too, as if it stood still: at the end of the iteration it does. A rope
@@ -162,7 +162,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     double compression = 0, tension = 0;                   // the largest [N]
     double pressed = 0;                                    // by all contacts [N]
     double soft = std::numeric_limits<double>::infinity(); // the least EI [N m^2]
-    for (const Expected& x : expected_)
+    for (const KnownForce& x : expected_)
         pressed += x.load.force.norm();
     for (int e = 0; e < rod_.element_count() && !expected_.empty(); ++e) {
         const ElementLaw& law = rod_.law[std::size_t(e)];
@@ -171,9 +171,9 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
         tension = std::max(tension, axial);
         soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
     }
-    // Bending does not reach its ends. What is compressed leans by body_lean.cpp.
+    // Bending does not reach its ends. What is compressed is inclined by body_lean.cpp.
     const bool rope = pressed * size_ * size_ > kRope * soft && tension > compression;
-    for (const Expected& x : expected_) {
+    for (const KnownForce& x : expected_) {
         const int e = x.at.node;
         const ElementLaw& law = rod_.law[std::size_t(e)];
         const double xi = x.at.weight, L = law.length;
@@ -200,7 +200,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     }
 }
 
-bool RodBody::slips_off_balance() const
+bool RodBody::slip_is_unbalanced() const
 {
     return negative_ > 0 && stable_ && is_taut();
 }

@@ -103,7 +103,8 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
                 input.start.velocity + input.start.spin.cross(state_.x[i] - c);
     }
     now_ = state_;
-    contact_ = contact_held_ = firm_ = contact_before_ = reaction_ = Eigen::VectorXd::Zero(at3(n));
+    contact_ = contact_held_ = support_stiffness_ = contact_before_ = reaction_ =
+        Eigen::VectorXd::Zero(at3(n));
 }
 
 void SolidBody::may_touch(std::span<const char> touching)
@@ -341,7 +342,7 @@ Eigen::VectorXd SolidBody::residual(Eigen::VectorXd& scale)
     return r;
 }
 
-bool SolidBody::stand_at_start()
+bool SolidBody::reset_to_start()
 {
     const bool prescribed =
         frame_kind() == Frame::driven ||
@@ -377,7 +378,7 @@ void SolidBody::linearise()
         mode_load_.resize(0);
 }
 
-void SolidBody::change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+void SolidBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                        const Eigen::VectorXd& force)
 {
     contact_.setZero();
@@ -456,6 +457,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
     Eigen::VectorXd inner, scale;
     const Eigen::VectorXd before = reaction_;
     const bool filtered = step_.dynamic && step_.rule.filtered;
+
+    // ---- Reactions of prescribed nodes and their work
     // What prescribed nodes need, beside loads, inner forces and contacts.
     if (!conditions_.held.empty() || filtered) {
         Eigen::VectorXd missing = -residual(scale);
@@ -500,6 +503,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         }
         return e;
     }
+
+    // ---- Dissipation by damping and by the rule
     double damped_power = 0; // of the rates of strain, per damping [W/s]
     if (input_.stiffness_damping > 0 && !filtered) {
         const Eigen::VectorXd v = into_frame(step_.rule.end * now_.v + step_.rule.start * state_.v);
@@ -543,6 +548,8 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         if (input_.stiffness_damping > 0)
             e.dissipated += step_.h * input_.stiffness_damping * damped_power;
     }
+
+    // ---- The iterate becomes the state
     momentum_ = momentum;
     state_ = now_;
     if (frame_kind() == Frame::floating) find_spin();

@@ -31,9 +31,9 @@ struct SolidMatrix {
     SupernodalFactor factor;                 ///< of a matrix that changes
     std::optional<SolidCompliance> constant; ///< of one that does not
     std::unique_ptr<LargeMatrix> large;      ///< of a solid that is solved by iterations instead
-    double scale = 1;                        ///< S over what is factored
-    double h = -1, theta = -1;               ///< of the step that it is for
-    int made = 0;                            ///< how often it was made
+    double scale = 1;                        ///< S over what is factored (factor)
+    double h = -1, theta = -1; ///< of the step that it is for [s], and its rule's theta
+    int made = 0;              ///< how often it was made
 };
 
 /// An elastic solid: linear in a frame that is fixed, driven or floats with it, corotational, or
@@ -69,34 +69,38 @@ public:
         on_all_ranks_ = on_all_ranks;
     }
     bool iterative() const { return iterative_; }
-    /// What its conditions say that is odd.
+    /// What its conditions state that is odd.
     const std::vector<Issue>& warnings() const { return conditions_.warnings; }
     /// What contact without W asks of an iterative solid, all degrees of freedom: the matrix, the
     /// residual force of the last linearise() (0 where held), A y and the diagonal of A.
     LargeMatrix& large() { return *matrix_->large; }
     const Eigen::VectorXd& large_load() const { return large_load_; }
+    /// The step matrix times y.
     Eigen::VectorXd step_times(const Eigen::VectorXd& y) const;
+    /// Diagonal of the step matrix.
     Eigen::VectorXd step_diagonal() const;
+    /// Numbers of the unknown degrees of freedom.
     std::span<const std::int32_t> unknown_dofs() const { return unknown_; }
     /// The free change that linearise() of an iterative solid leaves out.
     void find_free_change();
 
     /// Contact forces from what stands still, of the unknowns: what a matrix that is not positive
-    /// leans on first. Of hyperelastic solids; before linearise().
-    void lean_on(const Eigen::VectorXd& force);
-    bool leans() const { return hyperelastic_; }
+    /// rests on first. Of hyperelastic solids; before linearise().
+    void stabilise_with(const Eigen::VectorXd& force);
+    /// True if its matrix may have to be stabilised by contacts.
+    bool is_stabilised() const { return hyperelastic_; }
     /// The last matrix is the true one and N N^T, stiffer where contacts push.
     bool leaning() const;
-    /// What W of the true matrix has more than that of the one that leans.
+    /// What W of the true matrix has more than that of the one that is inclined.
     /// @return  negative eigenvalues of the true matrix; -1 where it cannot be used
-    int upright_compliance(const SparseColumns& C, Eigen::MatrixXd& more);
-    /// A^-1 f by the true matrix from y = L^-1 f, after upright_compliance().
-    Eigen::VectorXd upright(const Eigen::VectorXd& y) const;
+    int true_tangent_compliance(const SparseColumns& C, Eigen::MatrixXd& more);
+    /// A^-1 f by the true matrix from y = L^-1 f, after true_tangent_compliance().
+    Eigen::VectorXd unstabilised(const Eigen::VectorXd& y) const;
 
     /// Of loops over elements and nodes and of columns; the result is the same for any number.
     void use_threads(int threads);
 
-    /// About how many steps will come: says what is worth being kept.
+    /// About how many steps will come: states what is worth being kept.
     void expect_steps(double steps) { expected_steps_ = steps; }
 
     /// Rigid motions that nothing prescribed prevents, in words.
@@ -114,11 +118,13 @@ public:
     /// Where the body would be without strain: moved by its frame, and within it as what is
     /// prescribed moves on average along each axis.
     struct Unstrained {
+        /// The frame of the body.
         Placement frame;
         Vec3 shift = Vec3::Zero(); ///< in the frame [m]
+        /// A place at rest X in space, as the frame moves it [m].
         Vec3 place(const Vec3& X) const { return frame * (X + shift); }
     };
-    Unstrained unstrained() const; ///< of the iterate
+    Unstrained unstrained() const;                                    ///< of the iterate
     Vec3 moved_from_first(std::span<const StencilEntry> nodes) const; ///< the iterate [m]
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }
@@ -131,7 +137,7 @@ public:
     bool leaves_balance() const { return shift_ > 0 && volumes_.empty(); }
     double prescribed_motion(double from, double to) const override;
     void begin(const StepInput& step) override;
-    bool stand_at_start() override;
+    bool reset_to_start() override;
     void linearise() override;
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
@@ -147,27 +153,30 @@ public:
     /// What the modes' own motion takes of the loads on them, m x m [N/m]; empty: nothing.
     const Eigen::MatrixXd& mode_stiffness() const { return mode_stiffness_; }
     std::string mode_name(const Eigen::VectorXd& a) const override;
-    void rest_along(const Eigen::MatrixXd& directions) override { unfelt_ = directions; }
-    void change(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
+    void set_unconstrained_modes(const Eigen::MatrixXd& directions) override
+    {
+        unconstrained_ = directions;
+    }
+    void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
-    double share_made() const override { return share_made_; }
+    double accepted_step_length() const override { return accepted_step_length_; }
     std::string fault() const override { return fault_; }
     /// What the time rule makes out of nothing in the step of a hyperelastic solid, in words; "" if
     /// that is little beside its energy.
-    std::string made_energy();
+    std::string spurious_energy_report();
     std::string remark() const override { return remark_; }
     /// Where the law has lost its stiffness at the iterate, in words; "" if nowhere.
-    std::string softened() const { return softened(now_.u); }
+    std::string unstable_material_report() const { return unstable_material_report(now_.u); }
     double imbalance(const Eigen::VectorXd& force) override;
     /// Where the iterate misses it most, in words.
     std::string worst_imbalance(const Eigen::VectorXd& force);
-    /// Of imbalance(): what round-off makes of it at the iterate.
+    /// Of imbalance(): what round-off makes of it at the iterate. Relative.
     double round_off() const { return round_off_; }
     /// Before a step is accepted, of each contact and coupling on the body: what of its force acts
     /// on nodes that are held, which the unknowns know nothing of.
     /// @param force  mean over a dynamic step, at the end of a quasi-static one [N]
-    virtual void carry(const BodyPlace& at, const Vec3& force);
-    void take_moment(const Vec3& moment) override { contact_moment_ = moment; }
+    virtual void add_reaction(const BodyPlace& at, const Vec3& force);
+    void add_contact_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double size() const override { return size_; }
     double speed() const override;
@@ -191,24 +200,29 @@ public:
     Vec3 turn_since_start();
     /// What a caller may lead by hand: its drive and its loads.
     std::vector<LiveCurve> live_curves();
-    /// The scene's probes with what they look at.
+    /// The scene's probes with what they examine.
     const std::vector<ProbeInput>& probes() const { return input_.probes; }
-    /// Mean displacement since the start of what a probe looks at, in space [m], and stress there, of
-    /// the accepted state, in space [Pa]: at a place of its element (of hyperelastic and corotational
-    /// ones the element's mean), over faces of the elements behind them. complete() first.
+    /// Mean displacement since the start of what a probe examines, in space [m], and stress there,
+    /// of the accepted state, in space [Pa]: at a place of its element (of hyperelastic and
+    /// corotational ones the element's mean), over faces of the elements behind them. complete()
+    /// first.
     Vec3 probe_displacement(const ProbeInput& probe) const;
+    /// Mean stress of a probe, XX YY ZZ XY YZ XZ [Pa]; empty if it has none.
     std::optional<Vec6> probe_stress(const ProbeInput& probe) const;
     /// Below, stress is what the round-off of places makes [Pa].
     double stress_round_off() const;
     /// Forces that the scene's supports exert on the body, in space [N], and their energy [J]; of
     /// the accepted state. complete() first.
     struct Support {
+        /// On the body [N].
         Vec3 force = Vec3::Zero();
+        /// Stored in its springs [J].
         double energy = 0;
     };
+    /// Forces and energies of the scene's supports.
     std::vector<Support> supports() const;
     /// Puts the frame of a driven body there, at the iterate and at the ends of steps to come,
-    /// instead of where its drive says.
+    /// instead of where its drive specifies.
     void drive_to(const Placement& frame);
     /// Brings all nodes to the accepted state, those inside as well.
     virtual void complete() {}
@@ -221,12 +235,14 @@ public:
     void also_touch(const Patch& patch);
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
+    /// Frame of the linear solid.
     const Placement& frame() const { return state_.frame; }
     /// Pressures that move the scene's loads of a volume, in their order, of the accepted state
-    /// [Pa].
+    /// [Pa]
     std::vector<double> found_pressures() const;
     /// Stress [Pa] in the body's own frame and energy density [J/m^3] of each element.
     Mat3 element_rotation(std::int32_t element) const; ///< of the material in the frame
+    /// Stress of each node [Pa] and energy density of each element [J/m^3].
     void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
 
 protected:
@@ -242,7 +258,7 @@ protected:
     /// Floating: it carries the rigid motion that nothing prescribes.
     Frame frame_kind() const
     {
-        return input_.drive.given               ? Frame::driven
+        return input_.drive.given              ? Frame::driven
                : !conditions_.supports.empty() ? Frame::fixed // they stand in space
                : !small_ && !nonlinear_ && rigid_->R.cols() > 0 ? Frame::floating
                                                                 : Frame::fixed;
@@ -263,7 +279,7 @@ protected:
     double keep_angular_momentum(const Eigen::VectorXd& load, const Eigen::VectorXd& reached);
     /// Amplitudes of the rigid modes nearest to u, of all nodes [m].
     Eigen::VectorXd mean_motion(const Eigen::VectorXd& u) const;
-    /// A motion of the modes without what no contact feels.
+    /// A motion of the modes without those constrained by no contact.
     Eigen::VectorXd felt(const Eigen::VectorXd& mode) const;
     void move_frame(Motion& m, const Eigen::VectorXd& mode) const; ///< by amplitudes of the modes
     /// W of the columns that came last.
@@ -281,7 +297,7 @@ protected:
     Vec6 element_stress(std::int32_t element, const Vec3& xi) const;
     std::vector<Vec3> centres_of_holds(const Eigen::VectorXd& u) const;
     double add_support_forces(const Eigen::VectorXd& u, Eigen::VectorXd& f) const;
-    Eigen::VectorXd residual(Eigen::VectorXd& scale);      ///< in space; N or N s
+    Eigen::VectorXd residual(Eigen::VectorXd& scale); ///< in space; N or N s
     /// K v, of the rate of strain alone where elements turn with the material.
     /// @param v  along the frame that the last inner forces were found in [m/s]
     Eigen::VectorXd rate_forces(const Eigen::VectorXd& v) const;
@@ -316,8 +332,8 @@ protected:
     bool small_ = false, corotational_ = false, hyperelastic_ = false, nonlinear_ = false;
     bool iterative_ = false, on_all_ranks_ = false;
     int threads_ = 1;
-    Eigen::VectorXd large_load_; ///< see large_load()
-    Eigen::MatrixXd unfelt_;     ///< see rest_along()
+    Eigen::VectorXd large_load_;    ///< see large_load()
+    Eigen::MatrixXd unconstrained_; ///< see set_unconstrained_modes()
     double size_ = 0;
     double stiffest_ = 0;        ///< largest entry of K [N/m]
     Vec3 middle_ = Vec3::Zero(); ///< mean of the reference places [m]
@@ -332,7 +348,7 @@ protected:
     bool prepared_ = false;
     Late<SparseMatrix> m_;          ///< mass between nodes, of each axis [kg]; 0 x 0: no density
     Late<Eigen::VectorXd> weights_; ///< of each node in the weight [kg]
-    std::optional<Vec3> contact_moment_;   ///< take_moment
+    std::optional<Vec3> contact_moment_;   ///< add_contact_moment
     Late<Eigen::VectorXd> first_momentum_; ///< momentum_ before the first step
     Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]; momenta()
     Late<Eigen::VectorXd> lumped_; ///< 3n [kg]
@@ -353,19 +369,19 @@ protected:
     void linearise_hyperelastic();
     bool nothing_changed() const; ///< since the accepted state, of what the body's balance is of
     void change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode);
-    std::string softened(const Eigen::VectorXd& u) const;
+    std::string unstable_material_report(const Eigen::VectorXd& u) const;
     void expect_pressures();
     void accept_hyperelastic();
     double next_shift(); ///< share of the stiffness at rest that makes the matrix positive
     SparseColumns stiffen(SparseMatrix& S, const Eigen::VectorXd& force, double along,
                           double across_size) const;
-    void lean(SparseMatrix& S);
+    void stabilise(SparseMatrix& S);
     void find_volumes();
     Eigen::VectorXd newton_solved(const Eigen::VectorXd& f) const;
     double volumes_missing() const;
     Eigen::VectorXd free_part(const Eigen::VectorXd& all) const;
     Eigen::VectorXd unknown_part(const Eigen::VectorXd& all) const;
-    void hold_up(SparseMatrix& S);
+    void support_body(SparseMatrix& S);
     void find_border();
     void bend_modes();
     Hyperelastic law_;
@@ -379,7 +395,7 @@ protected:
     Eigen::VectorXd pending_;                ///< of u: what is prescribed and not yet moved
     Eigen::SparseMatrix<double> skew_;       ///< what the matrix lacks of the true tangent
     Eigen::SparseMatrix<double> true_part_;  ///< the matrix without its shift; empty: it has none
-    SparseColumns leaned_;                   ///< N, of the free unknowns
+    SparseColumns stabilised_;               ///< N, of the free unknowns
     // Held by contacts alone: solid_free.cpp.
     std::vector<std::int32_t> springs_;      ///< nodes
     SparseColumns held_up_;                  ///< N, of the free unknowns
@@ -387,9 +403,9 @@ protected:
     Eigen::MatrixXd mode_stiffness_;         ///< S
     Eigen::MatrixXd border_, border_matrix_; ///< X and the inverse of T; empty: no border
     int border_negative_ = 0;                ///< eigenvalues of K among motions without a mean
-    LuFactor upright_;                       ///< 1 - N^T L^-1 N
+    LuFactor true_tangent_;                  ///< 1 - N^T L^-1 N
     double shift_ = 0, last_shift_ = 0;
-    double share_made_ = 1, state_energy_ = 0, last_error_ = 0;
+    double accepted_step_length_ = 1, state_energy_ = 0, last_error_ = 0;
     bool matrix_kept_ = false;
     int stalled_ = 0;
     double round_off_ = 0;
@@ -402,9 +418,9 @@ protected:
         double pressure = 0, state_pressure = 0;
     };
     std::vector<VolumeLoad> volumes_;
-    Eigen::MatrixXd volume_force_, volume_give_; ///< of 1 Pa on free unknowns, and A^-1 of it
-    Eigen::MatrixXd volume_matrix_;              ///< inverse of give per force
-    Eigen::VectorXd volume_change_;              ///< of the pressures, by the free change [Pa]
+    Eigen::MatrixXd volume_force_, volume_compliance_; ///< of 1 Pa on free unknowns, and A^-1 of it
+    Eigen::MatrixXd volume_matrix_;                    ///< inverse of give per force
+    Eigen::VectorXd volume_change_; ///< of the pressures, by the free change [Pa]
     FreeDofs dofs_;
     /// Degrees of freedom that are unknowns, and the number of each or -1: the free ones, then the
     /// pins of quasi-static steps, which move with the rigid modes.
@@ -431,14 +447,14 @@ protected:
     std::vector<Vec3> first_;
     Placement first_frame_;
     Eigen::VectorXd free_change_, mode_load_;
-    Eigen::VectorXd contact_;        ///< forces of the last change, in the frame; 0 where held
-    Eigen::VectorXd firm_;           ///< of them those of lean_on()
-    Eigen::VectorXd contact_held_;   ///< of carry(), in the frame; 0 but where held [N]
-    Eigen::VectorXd contact_before_; ///< on all dofs, of the state before; quasi-static
-    Eigen::VectorXd reaction_;       ///< of all dofs, in space [N]
-    Eigen::VectorXd load_;           ///< of the state, in space [N]
-    Eigen::VectorXd last_load_;      ///< of the last residual, in the frame [N]
-    Eigen::VectorXd past_velocity_;  ///< see Body::past_velocity; 3n [m/s]
+    Eigen::VectorXd contact_;           ///< forces of the last change, in the frame; 0 where held
+    Eigen::VectorXd support_stiffness_; ///< of them those of stabilise_with()
+    Eigen::VectorXd contact_held_;      ///< of add_reaction(), in the frame; 0 but where held [N]
+    Eigen::VectorXd contact_before_;    ///< on all dofs, of the state before; quasi-static
+    Eigen::VectorXd reaction_;          ///< of all dofs, in space [N]
+    Eigen::VectorXd load_;              ///< of the state, in space [N]
+    Eigen::VectorXd last_load_;         ///< of the last residual, in the frame [N]
+    Eigen::VectorXd past_velocity_;     ///< see Body::past_velocity; 3n [m/s]
 
     /// What the generalised-alpha rule carries on, of all dofs, in space.
     struct Memory {

@@ -123,6 +123,8 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
                                          : quoted_text(near) + " (nearest name)"});
         return std::vector<std::int32_t>{};
     };
+
+    // ---- Holds
     SolidConditions c;
     // Axes and places of the world where the body begins, whose turn the mesh has (turn_with_mesh),
     // or of the body.
@@ -168,6 +170,8 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
                      "one motion of a node"});
             }
     }
+
+    // ---- Loads and supports
     for (std::size_t i = 0; i < input.loads.size(); ++i) {
         const LoadInput& l = input.loads[i];
         const std::string place = fmt::format("{}/loads/{}/set", body, i);

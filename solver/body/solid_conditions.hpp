@@ -14,13 +14,16 @@ namespace amontons {
 /// The holds and loads of a scene's solid on the nodes and faces of its mesh. Points into the
 /// input and the mesh it was found from.
 struct SolidConditions {
+    /// A prescribed degree of freedom.
     struct Held {
+        /// Number of the degree of freedom.
         std::int32_t dof = 0;
-        const CurvePoints* curve = nullptr; ///< null: 0, or as the hold's turn or gradient says
+        const CurvePoints* curve = nullptr; ///< null: 0, or as the hold's turn or gradient states
         std::size_t hold = 0;               ///< the first that names it
     };
     struct Load { ///< of each of the scene's
         const LoadInput* input = nullptr;
+        /// Nodes on which the load acts.
         std::vector<std::int32_t> nodes;
         const FaceSet* faces = nullptr; ///< null: a set of nodes
         Eigen::VectorXd pressure;       ///< forces of 1 Pa, 3n [m^2]; empty: none asked
@@ -28,6 +31,7 @@ struct SolidConditions {
     };
     struct Support { ///< of each of the scene's
         const SupportInput* input = nullptr;
+        /// The faces.
         const FaceSet* faces = nullptr;
     };
     /// A hold that turns its set, or gives it a gradient.

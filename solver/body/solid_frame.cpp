@@ -105,8 +105,8 @@ SolidBody::Unstrained SolidBody::unstrained() const
     }
     for (int k = 0; k < 3; ++k)
         if (count[k] > 0) whole.shift[k] = sum[k] / count[k];
-    // Nothing says where it would be but itself. Of a condensed body only the places that touch are
-    // known; its frame floats with it.
+    // Nothing states where it would be but itself. Of a condensed body only the places that touch
+    // are known; its frame floats with it.
     if (count.isZero(0) && !input_.drive.given && !condensed()) {
         Motion floating = now_;
         float_frame(floating);
@@ -175,8 +175,8 @@ Eigen::VectorXd SolidBody::mean_motion(const Eigen::VectorXd& u) const
 
 Eigen::VectorXd SolidBody::felt(const Eigen::VectorXd& mode) const
 {
-    if (unfelt_.rows() != mode.size()) return mode;
-    return mode - unfelt_ * (unfelt_.transpose() * mode);
+    if (unconstrained_.rows() != mode.size()) return mode;
+    return mode - unconstrained_ * (unconstrained_.transpose() * mode);
 }
 
 void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
@@ -256,7 +256,7 @@ double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen
         own += arm.cross(Vec3(contact.segment<3>(at3(i))));
         arms.segment<3>(at3(i)) = arm;
     }
-    // As a rigid body: the centre goes on to x1 with a share of the end velocity, whose momentum
+    // As a rigid body: the centre continues to x1 with a share of the end velocity, whose momentum
     // has no moment about it.
     const Vec3 passed = x1 - h * end / mass * sum(reached);
     missing += contact_moment_ ? Vec3(*contact_moment_ - passed.cross(sum(contact))) : own;

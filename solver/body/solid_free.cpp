@@ -18,12 +18,12 @@
 //     R^T f - (K R)^T P f = S a,   S = R^T K R - (K R)^T P K R,
 // so that R' = R - P K R are the modes and R'^T f the loads on them. S is the stress times the
 // volume, small beside what contacts hold the modes with, and is left to the next iteration. What
-// is factored is L = K + N N^T, positive: springs at some nodes, and those that lean() adds. With X
-// = L^-1 [N C],
+// is factored is L = K + N N^T, positive: springs at some nodes, and those that stabilise() adds.
+// With X = L^-1 [N C],
 //     P = L^-1 + X T^-1 X^T,   T = [ 1  0 ] - [N C]^T X,
 //                                  [ 0  0 ]
 // and K has as many negative eigenvalues among all w as T has more than there are modes: then it is
-// contacts that keep the body from buckling (solver/step/body_lean.cpp).
+// contacts that keep the body from buckling (solver/step/body_stabilisation.cpp).
 
 namespace amontons {
 namespace {
@@ -50,7 +50,7 @@ std::vector<std::int32_t> spread_nodes(const VolumeMesh& mesh, std::span<const s
 } // namespace
 
 /// Adds the springs to the matrix, each as stiff as its node at rest.
-void SolidBody::hold_up(SparseMatrix& S)
+void SolidBody::support_body(SparseMatrix& S)
 {
     if (springs_.empty()) {
         std::vector<std::int32_t> nodes;
@@ -68,9 +68,9 @@ void SolidBody::hold_up(SparseMatrix& S)
             S.coeffRef(dof, dof) += size;
             entries.emplace_back(number, column++, std::sqrt(size));
         }
-    const int leaned = shift_ != 0 ? int(leaned_.cols()) : 0;
+    const int leaned = shift_ != 0 ? int(stabilised_.cols()) : 0;
     for (int j = 0; j < leaned; ++j, ++column)
-        for (SparseColumns::InnerIterator it(leaned_, j); it; ++it)
+        for (SparseColumns::InnerIterator it(stabilised_, j); it; ++it)
             entries.emplace_back(it.row(), column, it.value());
     held_up_.resize(Eigen::Index(dofs_.free.size()), column);
     held_up_.setFromTriplets(entries.begin(), entries.end());

@@ -124,7 +124,7 @@ void SolidBody::begin_hyperelastic()
     stalled_ = 0;
     last_error_ = std::numeric_limits<double>::infinity();
     shift_ = last_shift_ = 0;
-    share_made_ = 1;
+    accepted_step_length_ = 1;
     pending_.resize(0);
     for (VolumeLoad& v : volumes_)
         v.pressure = v.state_pressure;
@@ -199,8 +199,8 @@ void SolidBody::assemble_tangent(SparseMatrix& S)
     }
     if (free_modes_.cols() > 0) turning_ = S * rigid_->R;
     if (shift_ > 0) S.coeffs() += shift_ * matrix_->K.coeffs();
-    if (shift_ != 0) lean(S);
-    if (free_modes_.cols() > 0) hold_up(S);
+    if (shift_ != 0) stabilise(S);
+    if (free_modes_.cols() > 0) support_body(S);
 }
 
 /// A^-1 f of the true tangent's free part, without the border of volumes. What contacts move is by
@@ -229,13 +229,13 @@ void SolidBody::find_volumes()
 {
     const auto count = Eigen::Index(volumes_.size());
     volume_force_.resize(Eigen::Index(dofs_.free.size()), count);
-    volume_give_.resize(Eigen::Index(dofs_.free.size()), count);
+    volume_compliance_.resize(Eigen::Index(dofs_.free.size()), count);
     for (Eigen::Index k = 0; k < count; ++k) {
         const SolidConditions::Load& load = conditions_.loads[volumes_[std::size_t(k)].load];
         volume_force_.col(k) = free_part(follower_pressure(mesh_, load.faces->members, now_.u, 1));
-        volume_give_.col(k) = newton_solved(volume_force_.col(k));
+        volume_compliance_.col(k) = newton_solved(volume_force_.col(k));
     }
-    volume_matrix_ = LuFactor(volume_force_.transpose() * volume_give_).inverse();
+    volume_matrix_ = LuFactor(volume_force_.transpose() * volume_compliance_).inverse();
 }
 
 /// Newton's method on places and mean pressures together, of which the tangent at places has taken
@@ -271,7 +271,7 @@ void SolidBody::linearise_hyperelastic()
     const Eigen::VectorXd r = residual(scale);
     mode_load_.resize(0);
     matrix_kept_ = true;
-    if (!fault_.empty() || nothing_changed()) { // a fault is said, the step not gone on with
+    if (!fault_.empty() || nothing_changed()) { // a fault is reported, the step not continued with
         free_change_ = Eigen::VectorXd::Zero(Eigen::Index(unknown_.size()));
         return;
     }
@@ -310,7 +310,7 @@ void SolidBody::linearise_hyperelastic()
             volume_change_[Eigen::Index(k)] = missing;
         }
         volume_change_ = (volume_matrix_ * (volume_change_ - volume_force_.transpose() * y)).eval();
-        y += volume_give_ * volume_change_;
+        y += volume_compliance_ * volume_change_;
     }
     free_change_ = with_pins(y);
 }
@@ -331,7 +331,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
                 move[unknown_[i]] += by_modes[Eigen::Index(i)];
         }
         if (!volumes_.empty()) // what contacts take of the volume, pressures give back
-            pressure -= volume_matrix_ * (volume_give_.transpose() * free_part(contact_));
+            pressure -= volume_matrix_ * (volume_compliance_.transpose() * free_part(contact_));
     }
     const Eigen::VectorXd velocity = step_.dynamic ? into_space(whole) : Eigen::VectorXd();
     const auto go = [&](double share) {
@@ -366,7 +366,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
         }
         if (k < kMostHalvings) back(share);
     }
-    share_made_ = fault_.empty() ? share : 0;
+    accepted_step_length_ = fault_.empty() ? share : 0;
     if (pending_.size() > 0) {
         pending_ *= 1 - share;
         if (share == 1) pending_.resize(0);
@@ -375,7 +375,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
 
 // The midpoint rule keeps the energy of a linear solid. The force half way is not what a law that
 // stiffens stores on the way: the step is then too long for it.
-std::string SolidBody::made_energy()
+std::string SolidBody::spurious_energy_report()
 {
     constexpr double kMost = 1e-2;      // of the energy
     constexpr double kRounding = 1e-14; // of stiffness times size squared: a body at rest has none
@@ -414,11 +414,11 @@ void SolidBody::accept_hyperelastic()
         say("beyond the largest load: only the prescribed volume holds it");
     else if (indefinite_)
         say("snapped: the tangent was not positive on the way");
-    if (const std::string soft = softened(state_.u); !soft.empty()) say(soft);
+    if (const std::string soft = unstable_material_report(state_.u); !soft.empty()) say(soft);
 }
 
 /// Where a law that loses its stiffness under pressure has lost it; "" if nowhere.
-std::string SolidBody::softened(const Eigen::VectorXd& u) const
+std::string SolidBody::unstable_material_report(const Eigen::VectorXd& u) const
 {
     if (!hyperelastic_ || !(law_.law->least_stretch > 0)) return "";
     double least = 1;

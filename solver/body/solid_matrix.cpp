@@ -28,7 +28,7 @@ bool same(const VolumeMesh& a, const VolumeMesh& b)
     return a.nodes == b.nodes && std::ranges::equal(a.blocks, b.blocks, alike);
 }
 
-/// A number that tells columns from others.
+/// A number that distinguishes columns from others.
 double print_of(const SparseColumns& C)
 {
     const auto bytes = [](const auto* data, Eigen::Index count) {
@@ -144,6 +144,8 @@ void SolidBody::make_matrix()
     if (matrix_->constant && (!step_.dynamic || same_step)) return;
 
     const double h = step_.h, theta = step_.rule.end;
+
+    // ---- Without a factor, or with the last order
     if (iterative_) {
         if (matrix_->large && (!step_.dynamic || same_step)) return;
         matrix_->large.reset(); // its memory first
@@ -163,6 +165,8 @@ void SolidBody::make_matrix()
     }
     FactorResult done;
     double scale = 1;
+
+    // ---- A kept factor
     // A kept factor is known by its mesh, material and holds, not by supports.
     if (messages_ && !cache_.empty() && conditions_.supports.empty()) {
         SolidMatrixKind matrix;
@@ -192,6 +196,8 @@ void SolidBody::make_matrix()
         if (!nonlinear_) drop_step_matrix(); // before L is there: it takes all memory
         done = matrix_->factor.factor_taken();
     }
+
+    // ---- Factor: exact tangent, stabilised, shifted
     if (exact_tangent_) not_positive_ = false;
     border_.resize(0, 0);
     if (done && hyperelastic_ && free_modes_.cols() > 0) find_border();
@@ -225,6 +231,8 @@ void SolidBody::make_matrix()
               "sizes, stiffness, density, damping and time.step that a step can add up "
               "in 16 digits"}});
     }
+
+    // ---- Columns of the compliance
     matrix_->h = h;
     matrix_->theta = theta;
     if (nonlinear_) return;
@@ -424,7 +432,7 @@ void SolidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
             W = (0.5 * (W + W.transpose())).eval();
         }
         if (!volumes_.empty()) { // what moves leaves the prescribed volumes as they are
-            const Eigen::MatrixXd moved = top.transpose() * volume_give_;
+            const Eigen::MatrixXd moved = top.transpose() * volume_compliance_;
             W -= moved * volume_matrix_ * moved.transpose();
         }
     }
@@ -437,7 +445,7 @@ Eigen::VectorXd SolidBody::solve(const Eigen::VectorXd& force)
     Eigen::VectorXd y = matrix_->constant && on_free.size() > 0 ? matrix_->constant->solved(on_free)
                                                                 : solved(on_free);
     if (!volumes_.empty())
-        y -= volume_give_ * (volume_matrix_ * (volume_give_.transpose() * on_free));
+        y -= volume_compliance_ * (volume_matrix_ * (volume_compliance_.transpose() * on_free));
     return with_pins(y);
 }
 

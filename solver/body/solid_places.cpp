@@ -98,7 +98,7 @@ Vec3 SolidBody::past_velocity(const BodyPlace& at) const
                    [&](std::int32_t node) { return Vec3(past_velocity_.segment<3>(3 * node)); });
 }
 
-void SolidBody::carry(const BodyPlace& at, const Vec3& force)
+void SolidBody::add_reaction(const BodyPlace& at, const Vec3& force)
 {
     const Eigen::Quaterniond back = now_.frame.turn.conjugate();
     spread(at, force, [&](std::int32_t node, const Vec3& f) {

@@ -6,13 +6,13 @@
 
 namespace amontons {
 
-/// What a probe tells, as columns are called; of a line, what a reference may have.
+/// What a probe reports, as columns are called; of a line, what a reference may have.
 inline constexpr const char* kProbeFields[] = {
     "displacement_x", "displacement_y", "displacement_z",  "stress_xx",
     "stress_yy",      "stress_zz",      "stress_xy",       "stress_yz",
     "stress_zx",      "von_mises",      "contact_pressure"};
 
-/// Finds what the probes of a solid look at: the element around a place, or the nodes and faces of
+/// Finds what the probes of a solid examine: the element around a place, or the nodes and faces of
 /// a set. Of the mesh as it was read, with the input's own sets.
 /// Reads the references of lines.
 /// @throws InputError  places outside of the mesh, sets that it has not

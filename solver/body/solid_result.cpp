@@ -11,7 +11,7 @@
 #include <numeric>
 #include <set>
 
-// What is told of the accepted state, and the state itself to be kept and read back.
+// What is reported of the accepted state, and the state itself to be kept and read back.
 
 namespace amontons {
 std::vector<Vec3> SolidBody::reactions() const
@@ -157,7 +157,7 @@ Vec3 SolidBody::turn_since_start()
         M(0, 1) - M(1, 0), M(2, 0) + M(0, 2), M(1, 2) + M(2, 1), M(2, 2) - M(0, 0) - M(1, 1);
     const SymmetricEigen eigen = symmetric_eigen(N);
     Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
-    // Nodes of one line do not tell the turn about it.
+    // Nodes of one line do not report the turn about it.
     if (eigen.converged && eigen.values[3] - eigen.values[2] > 1e-9 * eigen.values[3])
         q = Eigen::Quaterniond(eigen.vectors(0, 3), eigen.vectors(1, 3), eigen.vectors(2, 3),
                                eigen.vectors(3, 3));
@@ -339,7 +339,7 @@ void SolidBody::set_state(std::span<const double> s)
     if (hyperelastic_) {
         begin_hyperelastic();
         Eigen::VectorXd f;
-        inner_forces(state_, f); // of which stresses are told
+        inner_forces(state_, f); // of which stresses are reported
     } else if (corotational_) {
         Eigen::VectorXd f;
         state_energy_ = inner_forces(state_, f);

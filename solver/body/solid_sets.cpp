@@ -33,7 +33,7 @@ Region region_of(const SetInput& s, double slack)
     return near_plane(s.plane.at, s.plane.normal, s.within > 0 ? s.within : slack);
 }
 
-/// Labels of a file as numbers of the mesh; those that it has not are left and told.
+/// Labels of a file as numbers of the mesh; those that it has not are left and reported.
 std::vector<std::int32_t> nodes_of_labels(const VolumeMesh& mesh, const std::vector<int>& labels,
                                           std::vector<std::int64_t>& unknown)
 {

@@ -24,6 +24,7 @@ struct SetSize {
     std::int64_t nodes = 0;
     double area = 0; ///< [m^2]
 };
+/// Names and sizes of the sets of a mesh.
 std::vector<SetSize> set_sizes(const VolumeMesh& mesh);
 
 } // namespace amontons

@@ -10,7 +10,9 @@ namespace amontons {
 /// where d, the filtered rate, is carried from step to step:
 ///   d' = filter_end g' + filter_start g + filter_memory d.
 struct TimeRule {
+    /// Weights of end, start and filtered rate in the step's mean.
     double end = 1, start = 0, memory = 0;
+    /// Weights by which the filtered rate is renewed.
     double filter_end = 1, filter_start = 0, filter_memory = 0;
     bool filtered = false; ///< generalised-alpha; else one force, at the place between
 
@@ -19,6 +21,7 @@ struct TimeRule {
     {
         return start * g + memory * d;
     }
+    /// The filtered rate at the end of the step.
     template <class Rate> Rate next(const Rate& g_end, const Rate& g, const Rate& d) const
     {
         return filter_end * g_end + filter_start * g + filter_memory * d;

@@ -40,7 +40,7 @@ public:
         arms_.resize(n);
         rho_.resize(Eigen::Index(n));
         for (std::size_t i = 0; i < n; ++i) {
-            double give = 0;
+            double compliance = 0;
             for (int row = 0; row < rows_of(p.kind[i]); ++row)
                 for (Eigen::SparseMatrix<double>::InnerIterator at(p.C, p.first[i] + row); at;
                      ++at) {
@@ -51,9 +51,9 @@ public:
                         arm = arms_[i].end() - 1;
                     }
                     arm->direction(at.row() % 3, row) = at.value();
-                    if (row == 0) give += at.value() * at.value() / p.diagonal[at.row()];
+                    if (row == 0) compliance += at.value() * at.value() / p.diagonal[at.row()];
                 }
-            rho_[Eigen::Index(i)] = give > 0 ? 1 / give : 0;
+            rho_[Eigen::Index(i)] = compliance > 0 ? 1 / compliance : 0;
             symmetric_ = symmetric_ && !(p.mu[Eigen::Index(i)] > 0);
         }
     }
@@ -173,7 +173,7 @@ public:
             const LargeMatrix::Result done = A_.solve(missing, kLinearTolerance);
             ++out.newton;
             out.linear += done.iterations;
-            // One that stops early is a worse step, which the balance below tells; or none: the
+            // One that stops early is a worse step, which the balance below reports; or none: the
             // symmetric way, or no answer.
             if (!done.fault.empty() && !(done.reached <= kUseless)) {
                 if (symmetric_) {
@@ -181,7 +181,7 @@ public:
                     return;
                 }
                 be_steady();
-                first = true; // its preconditioner goes with it
+                first = true; // its preconditioner follows it
                 continue;
             }
             y += missing;
@@ -215,7 +215,7 @@ private:
     bool symmetric_ = true;
 };
 
-/// f <- A^-1 f to the tolerance; else `out.fault` says what happened.
+/// f <- A^-1 f to the tolerance; else `out.fault` states what happened.
 void solve(LargeMatrix& A, Eigen::VectorXd& f, double tolerance, LargeContactSolution& out)
 {
     LargeMatrix::Result done = A.solve(f, tolerance);
@@ -251,7 +251,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
     LargeContactSolution out;
     out.y = Eigen::VectorXd::Zero(p.load.size());
     out.r = guess.size() == p.q.size() ? guess : Eigen::VectorXd(Eigen::VectorXd::Zero(p.q.size()));
-    out.mean_give = mean;
+    out.mean_compliance = mean;
     if (p.q.size() == 0) { // no contact: one solve
         A.set_blocks({}, true, true);
         const double load = p.load.norm();
@@ -261,7 +261,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
             out.error = load > 0 ? missing.norm() / load : 0;
             out.converged = out.error <= kWithin * options.tolerance;
             if (out.converged || k == kCertificates) break;
-            // One that stops early is gone on with from there: the balance is what counts.
+            // One that stops early is lost on with from there: the balance is what counts.
             const LargeMatrix::Result done =
                 A.solve(missing, kWithin * kWithin * options.tolerance);
             out.linear += done.iterations;
@@ -280,7 +280,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
         if (!out.fault.empty()) return out; // no iterate that an error could be stated of
         // What the answer is worth: u = W r + q of these r, with A alone.
         A.set_blocks({}, true, true);
-        if (!(out.mean_give > 0)) out.mean_give = mean_of_diagonal(A, p, out);
+        if (!(out.mean_compliance > 0)) out.mean_compliance = mean_of_diagonal(A, p, out);
         const Eigen::VectorXd acting = p.C * out.r;
         Eigen::VectorXd missing = p.load - p.times(out.y) + acting;
         if (missing.squaredNorm() > 0) {
@@ -288,16 +288,16 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
             out.y += missing;
         }
         Eigen::VectorXd given = acting;
-        if (k == 0 || out.give.size() == 0) {
+        if (k == 0 || out.compliance.size() == 0) {
             solve(A, given, kGiveTolerance, out);
-            out.give = p.C.transpose() * given;
+            out.compliance = p.C.transpose() * given;
         }
         if (!out.fault.empty()) return out; // of what the error is made of
         const Eigen::VectorXd u = newton.motion(out.y);
         ContactProblem seen;
         seen.W = Eigen::SparseMatrix<double>(
-            (Eigen::VectorXd::Constant(p.q.size(), out.mean_give)).asDiagonal());
-        seen.q = u - out.give;
+            (Eigen::VectorXd::Constant(p.q.size(), out.mean_compliance)).asDiagonal());
+        seen.q = u - out.compliance;
         seen.mu = p.mu;
         seen.kind = p.kind;
         // Rows of open contacts do not count in what the error is relative to.

@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-// Contact of one large linear solid with what does not give way, without W: the work of an
+// Contact of one large linear solid with what does not yield, without W: the work of an
 // iteration is linear in unknowns and contacts. Equations: docs/theory/large.md.
 
 namespace amontons {
@@ -26,15 +26,18 @@ struct LargeContactProblem {
     Eigen::VectorXd diagonal; ///< of A [N/m]
 };
 
+/// Options of the Newton method without W.
 struct LargeContactOptions {
     double tolerance = 1e-8; ///< of the natural map, and of the balance of forces
     const std::atomic<bool>* stop = nullptr;
 };
 
+/// Solution of contact without W.
 struct LargeContactSolution {
+    /// Change of the iterate, and reactions.
     Eigen::VectorXd y, r;
-    Eigen::VectorXd give; ///< W r: what r alone does to u [m]
-    double mean_give = 0; ///< trace of W over its rows [m/N], to some per cent
+    Eigen::VectorXd compliance; ///< W r: what r alone does to u [m]
+    double mean_compliance = 0; ///< trace of W over its rows [m/N], to some per cent
     /// Natural map, relative to the free motion's gaps and slips; without contacts that of the
     /// balance, relative to the load.
     double error = std::numeric_limits<double>::infinity();
@@ -45,7 +48,8 @@ struct LargeContactSolution {
 
 /// @param A     of the solid, without blocks; has others afterwards
 /// @param r     a guess, rows; or empty
-/// @param mean  of an earlier problem of the same matrix: LargeContactSolution::mean_give; or 0
+/// @param mean  of an earlier problem of the same matrix: LargeContactSolution::mean_compliance; or
+/// 0
 LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProblem& problem,
                                          const Eigen::VectorXd& r, double mean,
                                          const LargeContactOptions& options);

@@ -15,7 +15,7 @@ namespace amontons {
 
 /// Whether this process was started by mpirun (or srun) as one of several.
 bool started_by_mpirun();
-/// Its rank, by what mpirun says: the module need not be there.
+/// Its rank, by what mpirun states: the module need not be there.
 int mpirun_rank();
 
 /// Why large solids cannot be solved by iterations: the module petsc is not installed, or what it
@@ -31,7 +31,7 @@ public:
     ~ParallelRun();
     ParallelRun(const ParallelRun&) = delete;
     ParallelRun& operator=(const ParallelRun&) = delete;
-    /// On ranks above 0: works for rank 0 until it has finished, and says true.
+    /// On ranks above 0: works for rank 0 until it has finished, and states true.
     bool served();
 };
 
@@ -50,13 +50,15 @@ struct LinearFault : std::runtime_error {
 /// vectors are of all degrees of freedom, 3 node + axis; held ones have their diagonal alone.
 class LargeMatrix {
 public:
+    /// A block of three rows and columns.
     struct Block {
         std::int32_t row = 0, column = 0; ///< nodes of one element
         Mat3 value = Mat3::Zero();        ///< [N/m]
     };
     struct Result {
+        /// Iterations of the linear solver.
         int iterations = 0;
-        double reached = 0; ///< residual over right-hand side
+        double reached = 0; ///< residual over right-hand side (ratio)
         std::string fault;  ///< "" if that is the tolerance; else how the solve ended, in words
     };
 

@@ -44,8 +44,8 @@ constexpr double kIterations = 11;       // of one solve, where it was not tried
 constexpr double kDynamicIterations = 3; // the same: better conditioned
 /// Steps in motion solve more often than quasi-static ones (measured: 0.9 and 3.6 times).
 constexpr double kDynamicSolves = 2.5;
-/// In motion contacts come and go, and a step begins with the forces of the last one: W and its
-/// Newton steps take less than at rest (measured: 0.2 to 0.5).
+/// In motion contacts appear and disappear, and a step begins with the forces of the last one: W
+/// and its Newton steps take less than at rest (measured: 0.2 to 0.5).
 constexpr double kDenseShareInMotion = 1.0 / 3;
 /// In doubt a factor is taken: iterations vary more from what is foretold.
 constexpr double kDoubt = 1.25;
@@ -183,7 +183,7 @@ double available_memory()
     limit(kKibi * line_of("/proc/meminfo", "MemAvailable:"));
     const double most = number_in("/sys/fs/cgroup/memory.max"),
                  now = number_in("/sys/fs/cgroup/memory.current");
-    // What files have left in the cache gives way when asked for.
+    // What files have left in the cache is freed on demand.
     const double cache = std::max(0.0, line_of("/sys/fs/cgroup/memory.stat", "inactive_file "));
     if (most >= 0 && now >= 0) limit(std::max(0.0, most - std::max(0.0, now - cache)));
     rlimit own{};
@@ -218,6 +218,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         path.possible = false;
     };
     direct.memory = iterative.memory = kProgram;
+
+    // ---- Memory and operations of each solid
     double trial = 0;     // seconds that one takes
     double largest = 0;   // memory while the largest factor is made counts once
     double iterating = 0; // of `iterative.seconds`: a single iteration in each solve
@@ -256,6 +258,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
             impossible(distributed, s.only_direct);
         }
     }
+
+    // ---- Times, and the quickest method that fits
     direct.memory += largest;
     if (find_module("petsc").empty())
         for (LinearPath* path : {&iterative, &distributed})
@@ -302,6 +306,8 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                        : "the quickest by prediction";
     };
     choose();
+
+    // ---- Modules; one solve where the choice is close
     // Whether the module can be loaded is worth knowing only where it is taken.
     if (plan.taken != "direct" && plan.path(plan.taken)->possible)
         if (const std::string fault = parallel_fault(); !fault.empty()) {
@@ -312,7 +318,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     // Where a factor is the other choice, one solve is tried before it is turned down; and where
     // the two are close, before it is taken. It is ended when it has taken the iterations that
     // would make it the slower way: counted, not timed, so that a run that is repeated or resumed
-    // goes the same way.
+    // passes the same way.
     const std::string other = ranks < 2 ? "iterative" : "distributed";
     const LinearPath& way = *plan.path(other);
     const bool close_call = plan.taken == "direct" && way.possible && fits(way) &&
@@ -335,13 +341,15 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
                         plan.tried_iterations, tried_iterations(s, most, tried == "distributed"));
             plan.tried_enough = plan.tried_iterations >= most;
             take_time(plan.tried_iterations);
-        } catch (const std::exception& fault) { // the factor is there, and may say more
+        } catch (const std::exception& fault) { // the factor is there, and may specify more
             for (LinearPath& p : plan.paths)
                 if (p.name != "direct")
                     impossible(p, std::string("a trial failed: ") + fault.what());
         }
         choose();
     }
+
+    // ---- Refusal
     const LinearPath& taken = *plan.path(plan.taken);
     if (!taken.possible)
         plan.refusal = fmt::format("{}: {}", taken.name, taken.why);

@@ -1,6 +1,6 @@
 #include "solver/linear/blas.hpp"
 
-#include "solver/linear/late.hpp"
+#include "solver/linear/cholmod_api.hpp"
 
 #include <dlfcn.h>
 #include <mutex>
@@ -24,7 +24,7 @@ struct ThreadCalls {
 
 const ThreadCalls& calls()
 {
-    late();
+    cholmod_api();
     static const ThreadCalls found;
     return found;
 }

@@ -3,6 +3,7 @@
 // The few routines of BLAS that we call ourselves, by columns, 32-bit sizes (reference BLAS's
 // interface), and how many threads BLAS and CHOLMOD may use meanwhile.
 
+/// Level 3 and level 2 BLAS, as Fortran names them.
 extern "C" {
 void dtrsm_(const char* side, const char* triangle, const char* transposed, const char* diagonal,
             const int* m, const int* n, const double* alpha, const double* A, const int* lda,

@@ -4,21 +4,25 @@
 
 // For the block eliminations of this folder only: a 6x6 block in twelve registers of four doubles.
 // Compilers take vectors of eight for a memory object where the processor has none that wide: a
-// product then went through memory at every step.
+// product then passed through memory at every step.
 
 namespace amontons {
 
+/// Four doubles: half of a column of six, padded.
 typedef double Half6 __attribute__((vector_size(32), aligned(32), may_alias));
 
+/// A half with all numbers s.
 inline Half6 splat_half(double s)
 {
     return Half6{s, s, s, s};
 }
 
+/// A 6 x 6 block by columns, in registers.
 struct Columns6 {
-    Half6 low[6], high[6]; // rows 0 to 3, rows 4 and 5 and the padding
+    Half6 low[6], high[6]; ///< rows 0 to 3, rows 4 and 5 and the padding
 };
 
+/// Reads a block.
 [[gnu::always_inline]] inline Columns6 load_columns(const Block6& a)
 {
     Columns6 c;
@@ -29,6 +33,7 @@ struct Columns6 {
     return c;
 }
 
+/// Writes a block.
 [[gnu::always_inline]] inline void store_columns(const Columns6& c, Block6& a)
 {
     Half6* p = reinterpret_cast<Half6*>(&a);
@@ -78,22 +83,27 @@ struct Columns6 {
 
 /// A column in two registers.
 struct Column2 {
+    /// Rows 0 to 3, and rows 4, 5 with padding.
     Half6 low, high;
 };
+/// Reads a column of six.
 [[gnu::always_inline]] inline Column2 load_column(const Node6& x)
 {
     const Half6* p = reinterpret_cast<const Half6*>(&x);
     return {p[0], p[1]};
 }
+/// Writes a column of six.
 [[gnu::always_inline]] inline void store_column(const Column2& c, Node6& x)
 {
     Half6* p = reinterpret_cast<Half6*>(&x);
     p[0] = c.low, p[1] = c.high;
 }
+/// c -= d.
 [[gnu::always_inline]] inline void subtract(Column2& c, const Column2& d)
 {
     c.low -= d.low, c.high -= d.high;
 }
+/// A block times a column.
 [[gnu::always_inline]] inline Column2 product(const Block6& a, const double* x)
 {
     const Half6* p = reinterpret_cast<const Half6*>(&a);
@@ -115,8 +125,8 @@ struct Column2 {
     return reinterpret_cast<Half6>(reinterpret_cast<Mask>(c) & kAllBut[row]);
 }
 
-// Gauss-Jordan in place, no row exchange: the pivots' signs are the inertia of a symmetric
-// block, and the caller shifts an indefinite matrix rather than reorder it.
+/// Gauss-Jordan in place, no row exchange: the pivots' signs are the inertia of a symmetric
+/// block, and the caller shifts an indefinite matrix rather than reorder it.
 [[gnu::always_inline]] inline int invert_columns(Columns6& a)
 {
     int negative = 0;

@@ -14,7 +14,9 @@ public:
     /// Blocks (i, j) and (j, i) exist for top[i] <= j <= i. All are zero.
     void set_pattern(const std::vector<int>& top);
 
+    /// Number of block rows.
     int size() const { return int(top_.size()); }
+    /// First block row of column i.
     int top(int i) const { return top_[std::size_t(i)]; }
 
     /// Row `row`, column `col`; both orders are there if one is.
@@ -27,6 +29,7 @@ public:
         return row >= col ? lower_[at(row, col)] : upper_[at(col, row)];
     }
 
+    /// Sets all blocks to zero.
     void set_zero();
     /// Copies every block whose row or column is node `from` or later; the patterns are the same.
     void copy_from(const BlockSkyline& other, int from);
@@ -34,6 +37,7 @@ public:
     /// As BlockTridiagonal::factor, but in place: the blocks of nodes >= `from` are those of the
     /// matrix before, and of its factors after.
     int factor(int from);
+    /// Negative determinants of the pivot blocks of the last factor.
     int negative_determinants() const { return odd_.back(); }
 
     /// Solves in place with the last factors.

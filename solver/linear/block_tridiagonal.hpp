@@ -17,6 +17,7 @@ typedef double Column6 __attribute__((vector_size(64), aligned(64)));
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
+/// A column with all numbers s.
 inline Column6 splat6(double s)
 {
     return Column6{s, s, s, s, s, s, s, s};
@@ -51,16 +52,20 @@ public:
 
     int size() const { return size_; }
     int first() const { return first_; }
+    /// Block rows before this one are left out.
     void set_first(int first) { first_ = first; }
 
     /// Block of node i with itself, with the next, and of the next with it.
     Block6& diagonal(int i) { return diagonal_[i]; }
+    /// Block of node i with the next.
     Block6& upper(int i) { return upper_[i]; }
+    /// Block of the next node with node i.
     Block6& lower(int i) { return lower_[i]; }
     const Block6& diagonal(int i) const { return diagonal_[i]; }
     const Block6& upper(int i) const { return upper_[i]; }
     const Block6& lower(int i) const { return lower_[i]; }
 
+    /// Sets all blocks to zero.
     void set_zero();
     /// Copies the blocks of nodes from..size-1 and the couplings behind them.
     void copy_from(const BlockTridiagonal& other, int from);

@@ -11,7 +11,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::string_view kMagic = "amontons factor\n"; // so that `head` says what it is
+constexpr std::string_view kMagic = "amontons factor\n"; // so that `head` states what it is
 constexpr std::uint64_t kVersion = 1;
 constexpr std::uint64_t kByteOrder = 0x0102030405060708;
 

@@ -5,15 +5,15 @@
 
 #include <iosfwd>
 
-// A factor as a file: a line that says what it is, numbers of 8 bytes, then the arrays as they lie
-// in memory. Only for the kind of machine that wrote it.
+// A factor as a file: a line that states what it is, numbers of 8 bytes, then the arrays as they
+// lie in memory. Only for the kind of machine that wrote it.
 
 namespace amontons {
 
 /// What a factor is of, beside itself.
 struct FactorLabel {
     Hash128 key;      ///< of all that the matrix depends on
-    double scale = 1; ///< whatever the owner must know to use it
+    double scale = 1; ///< whatever the owner must know to use it (factor)
     bool operator==(const FactorLabel&) const = default;
 };
 
@@ -24,13 +24,13 @@ void write_factor(const std::string& path, const FactorLabel& label,
 /// The same bytes.
 std::string factor_bytes(const FactorLabel& label, const SupernodalFactor& factor);
 
-/// Whether hashes are looked at. `ignore` is for tests, which then see what else is checked.
+/// Whether hashes are examined. `ignore` is for tests, which then see what else is checked.
 enum class Checksums { verify, ignore };
 
 /// Reads a factor straight into its place. Nothing is reserved before the sizes are known to agree
 /// with that of the file.
 /// @param in     at its beginning
-/// @param label  what the file says; its key is not compared
+/// @param label  what the file specifies; its key is not compared
 /// @returns why it cannot be used, or ""; `factor` is empty then
 std::string read_factor(std::istream& in, FactorLabel& label, SupernodalFactor& factor,
                         const SupernodalOptions& options = {},

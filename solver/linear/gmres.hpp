@@ -5,7 +5,9 @@
 
 namespace amontons {
 
+/// Result of a solve by GMRES.
 struct GmresResult {
+    /// The solution.
     Eigen::VectorXd x;
     int products = 0;    ///< with A, and with the preconditioner
     double residual = 0; ///< of the preconditioned system, relative to that of b

@@ -1,7 +1,7 @@
 #include "solver/linear/ordering.hpp"
 
 #include "mesh/base/error.hpp"
-#include "solver/linear/late.hpp"
+#include "solver/linear/cholmod_api.hpp"
 
 #include <algorithm>
 #include <amd.h>
@@ -51,14 +51,14 @@ double work_of(const Lists& graph, std::vector<std::int32_t>& order)
     view.dtype = CHOLMOD_DOUBLE;
     view.packed = 1;
     cholmod_common common;
-    late().start(&common);
+    cholmod_api().start(&common);
     common.supernodal = CHOLMOD_SIMPLICIAL;
     common.nmethods = 1;
     common.method[0].ordering = CHOLMOD_GIVEN;
-    cholmod_factor* L = late().analyze_p(&view, order.data(), nullptr, 0, &common);
+    cholmod_factor* L = cholmod_api().analyze_p(&view, order.data(), nullptr, 0, &common);
     const double work = L ? common.fl : std::numeric_limits<double>::infinity();
-    late().free_factor(&L, &common);
-    late().finish(&common);
+    cholmod_api().free_factor(&L, &common);
+    cholmod_api().finish(&common);
     return work;
 }
 

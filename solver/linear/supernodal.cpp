@@ -3,7 +3,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/threads.hpp"
 #include "solver/linear/blas.hpp"
-#include "solver/linear/late.hpp"
+#include "solver/linear/cholmod_api.hpp"
 #include "solver/linear/supernodes.hpp"
 
 #include <algorithm>
@@ -62,7 +62,7 @@ struct SupernodalFactor::Parts {
     Parts() = default;
     void open()
     {
-        late().start(&common);
+        cholmod_api().start(&common);
         opened = true;
         common.print = 0; // failures are results
         common.supernodal = CHOLMOD_SUPERNODAL;
@@ -73,8 +73,8 @@ struct SupernodalFactor::Parts {
     ~Parts()
     {
         if (!opened) return;
-        late().free_factor(&L, &common);
-        late().finish(&common);
+        cholmod_api().free_factor(&L, &common);
+        cholmod_api().finish(&common);
     }
     Parts(const Parts&) = delete;
     Parts& operator=(const Parts&) = delete;
@@ -130,8 +130,8 @@ std::int32_t SupernodalFactor::Parts::wrong_pivot() const
 /// Makes L one of these sizes, its arrays of integers to be filled, without its numbers.
 void SupernodalFactor::Parts::reserve(const FactorSizes& sizes)
 {
-    late().free_factor(&L, &common);
-    L = late().allocate_factor(std::size_t(sizes.rows), &common);
+    cholmod_api().free_factor(&L, &common);
+    L = cholmod_api().allocate_factor(std::size_t(sizes.rows), &common);
     check_status();
     L->is_ll = L->is_super = L->is_monotonic = 1;
     L->ordering = CHOLMOD_GIVEN;
@@ -139,8 +139,8 @@ void SupernodalFactor::Parts::reserve(const FactorSizes& sizes)
     L->ssize = std::size_t(sizes.listed_rows);
     L->xsize = std::size_t(sizes.entries);
     for (void** const array : {&L->super, &L->pi, &L->px})
-        *array = late().malloc(L->nsuper + 1, sizeof(std::int32_t), &common);
-    L->s = late().malloc(L->ssize, sizeof(std::int32_t), &common);
+        *array = cholmod_api().malloc(L->nsuper + 1, sizeof(std::int32_t), &common);
+    L->s = cholmod_api().malloc(L->ssize, sizeof(std::int32_t), &common);
     check_status();
 }
 
@@ -306,7 +306,7 @@ void SupernodalFactor::analyse(const Eigen::SparseMatrix<double>& A,
     for (std::size_t k = 0; k < 3; ++k)
         p.common.nrelax[k] = std::size_t(options.relax[k]);
     const BlasThreads threads(options.threads);
-    p.L = late().analyze_p(&view, permutation.data(), nullptr, 0, &p.common);
+    p.L = cholmod_api().analyze_p(&view, permutation.data(), nullptr, 0, &p.common);
     p.check_status();
     AMONTONS_ASSERT(p.L && p.L->is_super);
     p.find_tree();
@@ -382,7 +382,7 @@ FactorResult SupernodalFactor::factor_taken()
     const BlasThreads threads(p.options.threads);
     p.common.status = CHOLMOD_OK;
     if (p.L->xtype == CHOLMOD_PATTERN && p.L->xsize > kManyEntries) return_free_memory();
-    late().super_numeric(&view, nullptr, shift, p.L, &p.common);
+    cholmod_api().super_numeric(&view, nullptr, shift, p.L, &p.common);
     p.check_status();
     if (p.L->minor < p.L->n) return {false, ints(p.L->Perm, p.L->n)[p.L->minor]};
     const std::int32_t wrong = p.wrong_pivot();
@@ -532,7 +532,7 @@ bool SupernodalFactor::restore(const FactorSizes& sizes,
         space.row_start = ints_of(L.pi, L.nsuper + 1);
         space.start = ints_of(L.px, L.nsuper + 1);
         space.row = ints_of(L.s, L.ssize);
-        L.x = late().malloc(L.xsize, sizeof(double), &p.common);
+        L.x = cholmod_api().malloc(L.xsize, sizeof(double), &p.common);
         space.value = {static_cast<double*>(L.x), L.xsize};
         p.check_status();
         std::vector<char> seen(L.n, 0);

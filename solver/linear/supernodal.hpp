@@ -12,6 +12,7 @@
 
 namespace amontons {
 
+/// How a sparse factor is made.
 struct SupernodalOptions {
     Ordering ordering = Ordering::automatic;
     /// A permutation of the nodes, first to be eliminated first; empty: found by `ordering`. May
@@ -30,6 +31,7 @@ struct SupernodalOptions {
 
 /// What became of a factorisation; converts to true if it is there.
 struct FactorResult {
+    /// True if all pivots were numbers > 0.
     bool positive_definite = false;
     /// The row whose pivot was not > 0, or -1. The cause is it, or what it is coupled with.
     std::int64_t failed_dof = -1;
@@ -38,9 +40,12 @@ struct FactorResult {
 
 /// What a factor consists of, for keeping it; solver/linear/supernodes.hpp has the layout.
 template <class Int, class Real> struct FactorArraysOf {
+    /// Order, supernodes and their rows, as CHOLMOD stores them.
     std::span<Int> permutation, first, row_start, start, row;
+    /// Numbers of all supernodes, column by column.
     std::span<Real> value;
 };
+/// The arrays of a double factor.
 using FactorArrays = FactorArraysOf<const std::int32_t, const double>;
 using FactorSpace = FactorArraysOf<std::int32_t, double>; ///< to be filled
 struct FactorSizes {
@@ -84,6 +89,7 @@ public:
     /// Entry k of A is values[where[k]]: A as a part of a larger matrix, never there by itself. Not
     /// after restore() or drop_matrix().
     void take(std::span<const double> values, std::span<const std::int32_t> where);
+    /// The result of the last factor(), handed over.
     FactorResult factor_taken();
     /// Gives back the memory of the matrix, about that of A's lower triangle: for factors that
     /// stay. Another matrix of the pattern may still be factored, not by refactor().
@@ -91,6 +97,7 @@ public:
 
     /// X <- A^-1 X, n x any number.
     void solve(Eigen::Ref<Eigen::MatrixXd> X) const;
+    /// A^-1 b.
     Eigen::VectorXd solved(const Eigen::VectorXd& b) const;
 
     /// W = C^T A^-1 C, symmetric to the last bit. Only the part of L that C reaches is worked on,
@@ -108,6 +115,7 @@ public:
     /// Floating-point operations of compliance(), and of inverse_part() for each column that is
     /// among the rows (an upper bound).
     double compliance_flops(const Eigen::SparseMatrix<double>& C) const;
+    /// Operations of inverse_part() for these rows.
     double inverse_part_flops(std::span<const std::int32_t> rows) const;
 
     /// All that there is of a factor; valid until it changes. There must be one.
@@ -121,6 +129,7 @@ public:
                  const SupernodalOptions& options = {});
 
     Eigen::Index size() const; ///< n
+    /// True after a successful factor().
     bool is_factored() const;
     /// The dof at each place of the order.
     std::span<const std::int32_t> permutation() const;

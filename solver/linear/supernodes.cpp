@@ -1,7 +1,7 @@
 #include "solver/linear/supernodes.hpp"
 
 #include "mesh/base/error.hpp"
-#include "solver/linear/late.hpp"
+#include "solver/linear/cholmod_api.hpp"
 
 #include <algorithm>
 #include <numeric>
@@ -20,10 +20,11 @@ void solve_diagonal(const Supernodes& L, std::int32_t s, bool transposed, double
 {
     const int width = L.width(s), height = L.height(s);
     if (k == 1)
-        late().dtrsv("L", transposed ? "T" : "N", "N", &width, L.block(s), &height, Y, &kStep);
+        cholmod_api().dtrsv("L", transposed ? "T" : "N", "N", &width, L.block(s), &height, Y,
+                            &kStep);
     else
-        late().dtrsm("R", "L", transposed ? "N" : "T", "N", &k, &width, &kOne, L.block(s), &height,
-                     Y, &k);
+        cholmod_api().dtrsm("R", "L", transposed ? "N" : "T", "N", &k, &width, &kOne, L.block(s),
+                            &height, Y, &k);
 }
 
 /// T = B Y with B the block below the diagonal block.
@@ -31,11 +32,11 @@ void multiply_below(const Supernodes& L, std::int32_t s, const double* Y, int k,
 {
     const int width = L.width(s), height = L.height(s), below = height - width;
     if (k == 1)
-        late().dgemv("N", &below, &width, &kOne, L.block(s) + width, &height, Y, &kStep, &kZero, T,
-                     &kStep);
+        cholmod_api().dgemv("N", &below, &width, &kOne, L.block(s) + width, &height, Y, &kStep,
+                            &kZero, T, &kStep);
     else
-        late().dgemm("N", "T", &k, &below, &width, &kOne, Y, &k, L.block(s) + width, &height,
-                     &kZero, T, &k);
+        cholmod_api().dgemm("N", "T", &k, &below, &width, &kOne, Y, &k, L.block(s) + width, &height,
+                            &kZero, T, &k);
 }
 
 /// Y <- Y - B^T T.
@@ -43,11 +44,11 @@ void subtract_from_below(const Supernodes& L, std::int32_t s, const double* T, i
 {
     const int width = L.width(s), height = L.height(s), below = height - width;
     if (k == 1)
-        late().dgemv("T", &below, &width, &kMinusOne, L.block(s) + width, &height, T, &kStep, &kOne,
-                     Y, &kStep);
+        cholmod_api().dgemv("T", &below, &width, &kMinusOne, L.block(s) + width, &height, T, &kStep,
+                            &kOne, Y, &kStep);
     else
-        late().dgemm("N", "N", &k, &width, &below, &kMinusOne, T, &k, L.block(s) + width, &height,
-                     &kOne, Y, &k);
+        cholmod_api().dgemm("N", "N", &k, &width, &below, &kMinusOne, T, &k, L.block(s) + width,
+                            &height, &kOne, Y, &k);
 }
 
 double* sized(std::vector<double>& work, std::size_t size)
@@ -157,6 +158,7 @@ void tree_compliance(const Supernodes& L, const Eigen::SparseMatrix<double>& C,
     W.setZero(columns, columns);
     const auto supernodes = std::size_t(L.count());
 
+    // ---- Entries of C by supernode
     struct Entry {
         std::int32_t row, column;
         double value;
@@ -183,6 +185,7 @@ void tree_compliance(const Supernodes& L, const Eigen::SparseMatrix<double>& C,
             entries[next[std::size_t(s)]++] = {row - L.first[std::size_t(s)], j, it.value()};
         }
 
+    // ---- From the leaves to the root
     std::vector<std::vector<double>> waiting(supernodes); // width x reached_by, by rows
     const auto block_of = [&](std::int32_t s) {
         std::vector<double>& Y = waiting[std::size_t(s)];
@@ -206,10 +209,10 @@ void tree_compliance(const Supernodes& L, const Eigen::SparseMatrix<double>& C,
         solve_diagonal(L, s, false, Y, k);
 
         if (k == columns) {
-            late().dsyrk("L", "N", &k, &width, &kOne, Y, &k, &kOne, W.data(), &k);
+            cholmod_api().dsyrk("L", "N", &k, &width, &kOne, Y, &k, &kOne, W.data(), &k);
         } else {
             double* const P = sized(product, std::size_t(k) * std::size_t(k));
-            late().dsyrk("L", "N", &k, &width, &kOne, Y, &k, &kZero, P, &k);
+            cholmod_api().dsyrk("L", "N", &k, &width, &kOne, Y, &k, &kZero, P, &k);
             for (int b = 0; b < k; ++b) {
                 double* const to = W.data() + std::ptrdiff_t(mine[std::size_t(b)]) * columns;
                 for (int a = b; a < k; ++a)

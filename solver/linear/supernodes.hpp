@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-// What a supernodal factor looks like, and what is done with it. A supernode is a run of columns
+// What a supernodal factor resembles, and what is done with it. A supernode is a run of columns
 // of L with (nearly) the same rows below; it is stored as one dense block by columns:
 //
 //      width
@@ -20,6 +20,7 @@
 
 namespace amontons {
 
+/// Columns of L with a common set of rows below.
 struct Supernodes {
     std::span<const std::int32_t> first;     ///< supernodes + 1: first column
     std::span<const std::int32_t> row_start; ///< supernodes + 1: where its rows begin in `row`
@@ -30,14 +31,20 @@ struct Supernodes {
     std::span<const std::int32_t> of_column; ///< of each column: its supernode
     std::span<const std::int32_t> parent;    ///< in the elimination tree, or -1
 
+    /// Number of supernodes.
     std::int32_t count() const { return std::int32_t(first.size()) - 1; }
+    /// Number of unknowns.
     std::int32_t size() const { return first.empty() ? 0 : first.back(); }
+    /// Columns of supernode s.
     int width(std::int32_t s) const { return first[std::size_t(s) + 1] - first[std::size_t(s)]; }
+    /// Rows of supernode s, its square block included.
     int height(std::int32_t s) const
     {
         return row_start[std::size_t(s) + 1] - row_start[std::size_t(s)];
     }
+    /// Its numbers, column by column.
     const double* block(std::int32_t s) const { return value.data() + start[std::size_t(s)]; }
+    /// Its rows below the square block.
     const std::int32_t* rows_below(std::int32_t s) const
     {
         return row.data() + row_start[std::size_t(s)] + width(s);

@@ -24,7 +24,7 @@ template <class Number> Number trace(const std::array<Number, 6>& C)
     return C[0] + C[1] + C[2];
 }
 
-/// Adds it to a diagonal of D: v where axes meet themselves, half of it to shears.
+/// Adds it to a diagonal of D: v where axes touch themselves, half of it to shears.
 template <class Number> void add_diagonal(double v, Response<Number>& out)
 {
     for (std::size_t p = 0; p < 6; ++p)
@@ -49,7 +49,7 @@ double lambda_of(double mu, double nu)
     return 2 * mu * nu / (1 - 2 * nu);
 }
 
-// Linear in Green's strain: lambda/2 (tr E)^2 + mu E : E. It gives way to compression: a bar that
+// Linear in Green's strain: lambda/2 (tr E)^2 + mu E : E. It softens under compression: a bar that
 // is pressed below 1/sqrt(3) of its length loses its stiffness, and nothing keeps J above 0.
 namespace svk {
 constexpr MaterialConstant kPoisson{"poisson_ratio", "",  "Poisson's ratio at rest.", -1,

@@ -26,6 +26,7 @@ namespace amontons {
 using Vec6 = Eigen::Matrix<double, 6, 1>;
 using Mat6 = Eigen::Matrix<double, 6, 6>;
 
+/// Most constants of a law.
 constexpr int kMostConstants = 8;
 using MaterialConstants = std::array<double, kMostConstants>;
 
@@ -36,6 +37,7 @@ using MaterialConstants = std::array<double, kMostConstants>;
 /// Of four points, side by side in registers: laws are asked for one point or for four at once.
 typedef double Four __attribute__((vector_size(32)));
 
+/// Natural logarithm, of one number or four.
 inline double ln(double x)
 {
     return std::log(x);
@@ -44,6 +46,7 @@ inline Four ln(const Four& x)
 {
     return Four{std::log(x[0]), std::log(x[1]), std::log(x[2]), std::log(x[3])};
 }
+/// exp(x) - 1 without cancellation, of one number or four.
 inline double exp_less_one(double x)
 {
     return std::expm1(x);
@@ -66,11 +69,14 @@ constexpr std::size_t of_triangle(std::size_t i, std::size_t j)
 
 /// What a law is asked: tensors without factors of shear.
 template <class Number> struct Strain {
+    /// Right Cauchy-Green strain and its inverse, in VTK's order.
     std::array<Number, 6> C, C_inverse;
+    /// det F and its logarithm.
     Number J, ln_J;
 };
 /// @param F  det F > 0, or ln_J is no number
 template <class Number> Number determinant(const Gradient<Number>& F);
+/// Strain of a deformation gradient.
 template <class Number> Strain<Number> strain_of(const Gradient<Number>& F);
 
 /// What it adds to zeros.
@@ -96,9 +102,11 @@ struct PointResponse {
 /// One number that a law asks for.
 struct MaterialConstant {
     const char* name = "";
+    /// Unit, "" for none.
     const char* unit = "";
+    /// What it is, for the reference page.
     const char* doc = "";
-    double lower = 0, upper = 0; ///< upper 0: none
+    double lower = 0, upper = 0; ///< upper 0: none [its unit]
     bool above = true;           ///< the lower bound itself is not allowed
 };
 
@@ -108,8 +116,10 @@ struct SmallStrains {
     double lambda = 0; ///< Lame's [Pa]
 };
 
+/// A hyperelastic law: its constants and functions.
 struct MaterialLaw {
     std::string_view name;
+    /// What it is, for the reference page.
     const char* doc = "";
     std::vector<MaterialConstant> constants;
     bool directed = false; ///< stiffer along fibres, which a body must then have
@@ -120,11 +130,12 @@ struct MaterialLaw {
                          Response<Four>& out) = nullptr;
     /// lambda of lambda/2 (ln J)^2 [Pa]; 0: the law has no such part.
     double (*volumetric)(const MaterialConstants& c) = nullptr;
+    /// Moduli at small strains.
     SmallStrains (*small)(const MaterialConstants& c) = nullptr;
-    double least_stretch = 0; ///< pressed below it, a bar of it is unstable; 0: never
+    double least_stretch = 0; ///< pressed below it, a bar of it is unstable; 0: never (ratio)
 };
 
-/// All of them, in the order in which they are told.
+/// All of them, in the order in which they are reported.
 std::span<const MaterialLaw> material_laws();
 /// @returns  nullptr if there is none of that name
 const MaterialLaw* find_law(std::string_view name);
@@ -141,6 +152,7 @@ std::vector<Issue> issues_of(const Hyperelastic& m, const std::string& file,
 
 /// Young's modulus [Pa] and Poisson's ratio at rest.
 double youngs_modulus(const Hyperelastic& m);
+/// Poisson's ratio at small strains.
 double poissons_ratio(const Hyperelastic& m);
 
 /// The whole response of a point, volume included.
@@ -172,6 +184,7 @@ template <class Number> Strain<Number> strain_of(const Gradient<Number>& F)
     return s;
 }
 
+/// Adds the volumetric part: energy, stress and, if asked, tangent.
 template <class Number> void Response<Number>::add_volume(const Strain<Number>& at, bool tangent)
 {
     constexpr std::size_t axes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};

@@ -10,7 +10,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::string_view kMagic = "amontons checkpoint\n"; // so that `head` says what it is
+constexpr std::string_view kMagic = "amontons checkpoint\n"; // so that `head` states what it is
 constexpr std::uint64_t kVersion = 8;
 constexpr std::uint64_t kOrder = 0x0102030405060708; // reads differently on a foreign machine
 

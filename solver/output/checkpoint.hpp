@@ -8,10 +8,11 @@
 
 namespace amontons {
 
-/// Everything a run needs to go on where it was: the simulation's state and the writers'.
+/// Everything a run needs to continue where it was: the simulation's state and the writers'.
 struct Checkpoint {
     /// A frame that is already written.
     struct Frame {
+        /// Step of the frame.
         std::int64_t step = 0;
         double time = 0; ///< [s]
     };

@@ -11,7 +11,7 @@
 namespace amontons {
 
 /// Points with force, normal, slip [m], gap [m], status, bodies, pressure [Pa] and area [m^2]: VTP.
-/// Its field data say on which body the force acts, and the names and kinds of the bodies.
+/// Its field data state on which body the force acts, and the names and kinds of the bodies.
 std::string contacts_bytes(const StepRecord& step, const ContactBodies& bodies);
 /// The middle line: VTP. @param time  [s]
 std::string beam_bytes(const BeamRecord& beam, double time);

@@ -104,7 +104,7 @@ void History::resume(const std::string& path, std::uint64_t bytes, std::uint64_t
         at = end;
     }
     if (text.size() < bytes || found != hash)
-        throw InputError({{path, "", "not the history that the checkpoint goes on with",
+        throw InputError({{path, "", "not the history that the checkpoint continues with",
                            "the files as the run left them"}});
     path_ = path;
     write_file_in_place_of_link(path, text);

@@ -27,7 +27,7 @@ public:
     /// @param until_renamed  its name until somebody renames it; "": the same
     void start(const std::string& path, const std::string& until_renamed = "");
 
-    /// Goes on with a file: what stands after its first `bytes` is cut off.
+    /// Continues with a file: what stands after its first `bytes` is cut off.
     /// @throws InputError  if the file is missing, shorter, or these bytes are not `hash`
     void resume(const std::string& path, std::uint64_t bytes, std::uint64_t hash);
 

@@ -15,7 +15,7 @@ static_assert(std::endian::native == std::endian::little);
 constexpr std::size_t kMostExact = 20000; // points that are sent as floats
 constexpr double kHalfRange = 32767;
 
-/// The arrays, and what the header says of each.
+/// The arrays, and what the header specifies of each.
 struct ArraysOut {
     std::string bytes;
     JsonText& json;

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// What a live frame tells beside its shapes.
+/// What a live frame reports beside its shapes.
 struct LiveFrameHead {
     std::uint64_t sequence = 0; ///< grows from frame to frame
     std::uint64_t before = 0; ///< sequence of the frame that shapes are left out against; 0: whole

@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// What a manifest says besides the summary of the run.
+/// What a manifest states besides the summary of the run.
 struct ManifestInput {
     std::string scene_file; ///< as the user wrote it
     std::uint64_t scene_hash = 0;
@@ -18,14 +18,15 @@ struct ManifestInput {
     std::string started;              ///< date and time, UTC
     int threads = 1;
     bool resumed = false;
-    bool checkpoint = false;           ///< there is one to go on from
+    bool checkpoint = false;           ///< there is one to continue from
     std::vector<std::string> warnings; ///< what may be meant otherwise, also where --quiet hid it
     std::vector<std::string> modules;  ///< loaded
     std::vector<std::string> files;    ///< what to open: collections, history, plots, picture
 };
 
-/// "0.1.0", and what `git describe` said when the program was configured ("" if it was no clone).
+/// "0.1.0", and what `git describe` stated when the program was configured ("" if it was no clone).
 std::string program_version();
+/// The program's version and commit, in words.
 std::string program_describe();
 
 /// System, processor and number of cores, in a line.
@@ -34,7 +35,7 @@ std::string machine_text();
 /// "2026-11-21T19:22:00Z"
 std::string now_utc();
 
-/// Peak resident memory of this process so far [bytes]; 0 if the system does not say.
+/// Peak resident memory of this process so far [bytes]; 0 if the system does not state.
 double peak_memory();
 
 /// 0 done, 3 failed, 130 interrupted.
@@ -42,6 +43,7 @@ int exit_code(const RunSummary& summary);
 
 /// Adds the members of `certificate` and of `energy` to an open object.
 void write_certificate(JsonText& json, const RunSummary& summary);
+/// Writes the energy balance as JSON.
 void write_energy(JsonText& json, const EnergyRecord& energy);
 
 /// Adds the members of `amontons run --json` to an open object.

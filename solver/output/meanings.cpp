@@ -18,7 +18,7 @@ std::vector<MeaningTable> make_tables()
         {"Quantities of wires",
          "Scenes with a `beam` (those that are solved as rods beside other bodies have depth, "
          "push_force, tip and the sums of contact forces): columns of `history.csv`, and what `run "
-         "--json` tells at the end. "
+         "--json` reports at the end. "
          "With "
          "several wires each name has the wire's before it: `NAME_depth`.",
          {{"A_over_B_normal_force_sum", "N",
@@ -32,8 +32,8 @@ std::vector<MeaningTable> make_tables()
           {"max_torque", "N m", "Largest size of the torque so far.", of_wire},
           {"max_clustered_force", "N", "Largest clustered force so far.", of_wire},
           {"passed_through", "",
-           "Number of the wire's points that are outside of every wall; 0 unless something went "
-           "wrong.",
+           "Number of the wire's points that are outside of every wall; 0 unless something "
+           "failed.",
            of_wire},
           {"branch", "",
            "Name of the branch or opening that the tip was in when it was deepest; \"\": none.",
@@ -70,7 +70,7 @@ std::vector<MeaningTable> make_tables()
            of_wire},
           {"nodes", "", "Number of nodes that are out of the sheath.", of_wire},
           {"tip", "m", "Place of the tip.", vector_of_wire},
-          {"wall_balances", "", "Balances of hyperelastic walls that the step looked at."},
+          {"wall_balances", "", "Balances of hyperelastic walls that the step examined."},
           {"wall_tangents", "", "Tangents of hyperelastic walls that the step made."}}},
         {"Quantities of solids, rigid bodies and rods",
          "Scenes without a `beam`. `A_on_B` is what A exerts on B.",
@@ -233,7 +233,7 @@ std::vector<MeaningTable> make_tables()
           {"machine.KEY", "", "System, processor, number of cores."},
           {"command", "", "The command line."},
           {"threads", "", "Threads that the run was allowed."},
-          {"resumed", "", "true: it went on from a checkpoint."},
+          {"resumed", "", "true: it continued from a checkpoint."},
           {"checkpoint", "", "true: the folder has one."},
           {"started", "", "When, UTC."},
           {"written", "", "When the manifest was written, UTC."},
@@ -258,7 +258,7 @@ std::vector<MeaningTable> make_tables()
           {"undetermined", "",
            "Pairs whose forces the laws leave open at the end: pair, directions (normal, "
            "tangential), normal_force [least, most] in N; most is null: without a bound."},
-          {"undetermined_not_examined", "", "What was not looked at for that, sentences."},
+          {"undetermined_not_examined", "", "What was not examined for that, sentences."},
           {"energy.KEY", "J",
            "As the columns of history.csv at the end; elastic_start and kinetic_start at the "
            "start."},
@@ -273,13 +273,13 @@ std::vector<MeaningTable> make_tables()
           {"linear.taken", "",
            "How the linear systems of solids were solved: direct, iterative, distributed."},
           {"linear.why", "", "That way and no other."},
-          {"linear.predicted_seconds", "s", "Of the way taken, as `check` tells it."},
+          {"linear.predicted_seconds", "s", "Of the way taken, as `check` shows it."},
           {"linear.seconds", "s",
            "Making the bodies, free motion, W, contact and correction: what it took."},
           {"minima.KEY", "", "The least value of each quantity over all steps."},
           {"maxima.KEY", "", "The largest."},
           {"quantities.KEY", "",
-           "The quantities of the last step, and those that wires tell at the end (above)."},
+           "The quantities of the last step, and those that wires report at the end (above)."},
           {"unknowns", "", "Of all bodies."},
           {"iterations", "", "Of all steps."},
           {"output", "", "The folder."},
@@ -384,7 +384,7 @@ std::string outputs_page()
             "| `frames/` | the files that the two name |\n"
             "| `history.csv` | numbers of every step |\n"
             "| `manifest.json` | everything about the run |\n"
-            "| `checkpoint` | what `--resume` goes on from |\n"
+            "| `checkpoint` | what `--resume` continues from |\n"
             "| `*.gp`, `*.svg` | plots, and gnuplot's scripts that draw them |\n"
             "| `NAME.png` | a picture |\n"
             "| `record/` | with `--record`: a contact problem a step, in FCLib's files |\n";

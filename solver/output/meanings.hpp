@@ -6,7 +6,7 @@
 #include <vector>
 
 // What every column, field and key that a run writes means: docs/outputs.md, and what
-// `amontons check SCENE --quantities` says, are made of this table and of nothing else.
+// `amontons check SCENE --quantities` states, are made of this table and of nothing else.
 
 namespace amontons {
 
@@ -24,8 +24,11 @@ struct Meaning {
 
 /// A table of the page: a file, or a part of one.
 struct MeaningTable {
+    /// Heading of the table.
     std::string_view title;
+    /// What the table is of.
     std::string_view about;
+    /// One for each column, field or key.
     std::vector<Meaning> rows;
 };
 

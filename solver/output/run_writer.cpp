@@ -233,7 +233,7 @@ void RunWriter::State::put_in_place()
     staging = false;
 }
 
-/// Of a new run. What was there goes when all that the run begins with is on the disk.
+/// Of a new run. What was there passes when all that the run begins with is on the disk.
 void RunWriter::State::begin()
 {
     staging = true;
@@ -268,7 +268,7 @@ void RunWriter::State::remove_old_files()
     for (const RigidInput& b : scene.rigids)
         parts.push_back(b.name);
     std::error_code error;
-    fs::remove(path("checkpoint"), error); // first: it must never outlive what it goes on with
+    fs::remove(path("checkpoint"), error); // first: it must never outlive what it continues with
     fs::remove(path(options.name + ".pvd"), error);
     fs::remove(path("contacts.pvd"), error);
     std::vector<fs::path> old;
@@ -382,7 +382,7 @@ void RunWriter::State::write_checkpoint()
     c.state = simulation.save();
     write("checkpoint", checkpoint_bytes(c));
     if (!std::exchange(manifest.checkpoint, true))
-        write_manifest(so_far); // it says that there is one
+        write_manifest(so_far); // it specifies that there is one
 }
 
 /// What a reader or a resumed run needs besides the frames. It replaces files, which some file
@@ -404,7 +404,7 @@ void RunWriter::State::write_manifest(const RunSummary& summary)
     since_manifest = {};
 }
 
-/// A run that goes on leaves the frames of a run that was never interrupted. The frame goes
+/// A run that continues leaves the frames of a run that was never interrupted. The frame is removed
 /// only when a checkpoint that does not name it is on the disk.
 void RunWriter::State::remove_extra_frame()
 {
@@ -444,7 +444,7 @@ RunWriter::RunWriter(const Scene& scene, Simulation& simulation, RunWriterOption
     if (s.options.resume) {
         if (!fs::is_directory(s.options.directory))
             throw InputError({{s.options.directory, "", "no such folder",
-                               "the folder of the run that --resume goes on with"}});
+                               "the folder of the run that --resume continues with"}});
         s.take_lock();
         s.resume();
         s.manifest.checkpoint = true;

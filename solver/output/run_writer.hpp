@@ -14,12 +14,13 @@ namespace amontons {
 
 /// Where a run is written, and how it was asked for.
 struct RunWriterOptions {
+    /// Folder of the run's files.
     std::string directory;
     std::string name;                  ///< of the collection: NAME.pvd
     std::vector<std::string> command;  ///< for the manifest
     std::vector<std::string> warnings; ///< for the manifest
     int threads = 1;
-    bool resume = false; ///< go on from the folder's checkpoint
+    bool resume = false; ///< continue from the folder's checkpoint
 };
 
 /// Hash of what decides the results: the scene without its title and pictures, and the
@@ -29,15 +30,15 @@ std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obsta
 /// "catheter" of examples/catheter/scene.json, "narrow" of narrow.json.
 std::string run_name(const std::string& scene_file);
 
-/// The manifest in a folder says that its run ended, or was killed, before there was a checkpoint:
-/// nothing is lost by a run that begins anew.
+/// The manifest in a folder states that its run ended, or was killed, before there was a
+/// checkpoint: nothing is lost by a run that begins anew.
 bool has_no_checkpoint_yet(const std::string& directory);
 
 /// Writes all files of a run: frames and their collections, history.csv, manifest.json and
 /// the checkpoint. Each file is whole at any time; history.csv grows by whole lines.
 ///
 /// When a file cannot be written, the writer sets `stop`, so that the run ends after this
-/// step, and finish() says so; what was finished stays readable.
+/// step, and finish() reports it; what was finished stays readable.
 class RunWriter : public StepObserver {
 public:
     /// Makes the folder, locks it for as long as the writer lives, and the manifest (status

@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-// What one finished step tells the writers: plain data, no pointers into the simulation.
+// What one finished step reports the writers: plain data, no pointers into the simulation.
 
 namespace amontons {
 
@@ -33,8 +33,10 @@ struct BeamRecord {
     std::vector<Field> fields; ///< radius, curvature, twist, axial_force, moment, arc_length
 };
 
+/// State of a contact: open, stick, slip.
 enum class ContactStatus { open = 0, stick = 1, slip = 2 };
 
+/// A contact at the end of a step, as contacts.pvd shows it.
 struct ContactRecord {
     Vec3 point = Vec3::Zero();     ///< on the wall [m]
     Vec3 force = Vec3::Zero();     ///< on body a [N]
@@ -43,7 +45,7 @@ struct ContactRecord {
     double normal_force = 0;       ///< [N]
     double clustered_force = 0;    ///< normal forces summed over the neighbourhood [N]
     double gap = 0;                ///< [m]
-    double pressure = 0, area = 0; ///< normal force over the area it stands for; 0: none
+    double pressure = 0, area = 0; ///< normal force over the area it stands for; 0: none [Pa, m^2]
     ContactStatus status = ContactStatus::open;
     int body_a = 0, body_b = 0; ///< obstacles first, then others, in the scene's order
 };
@@ -52,7 +54,9 @@ struct ContactRecord {
 struct OverlapRecord {
     double depth = 0; ///< [m]; 0: nowhere, not a number: not measured
     std::string a, b; ///< names of the bodies
+    /// Where it is deepest [m].
     Vec3 point = Vec3::Zero();
+    /// Step of the overlap.
     int step = 0;
 };
 
@@ -70,50 +74,60 @@ struct StepCertificate {
 /// One number of the history, e.g. {"push_force", "N", 0.3}.
 struct Quantity {
     std::string name;
+    /// Its unit, "" for none.
     std::string unit;
+    /// Value in that unit.
     double value = 0;
 };
 
 /// A result in words, e.g. {"branch", "left_carotid"}; "" if there is none.
 struct NamedText {
+    /// Name and value, as the manifest has them.
     std::string name, value;
 };
 
 /// Seconds since the start of the run.
 struct PhaseSeconds {
+    /// Wall time of each phase [s].
     double read = 0, offline = 0, free_motion = 0, detection = 0, compliance = 0;
+    /// Wall time of each phase [s].
     double contact_solve = 0, correction = 0, output = 0, total = 0;
 };
 
 /// Peaks of memory up to the end of each phase [bytes].
 struct PhaseMemory {
+    /// Peak memory after each phase [bytes].
     double read = 0, bodies = 0, offline = 0, steps = 0;
-    double all_ranks = 0; ///< of mpirun, the sum of their own peaks; 0 without
+    double all_ranks = 0; ///< of mpirun, the sum of their own peaks; 0 without [bytes]
 };
 
 /// Energy [J]: work and losses since the start of the run, what is stored now and what was then.
 struct EnergyRecord {
+    /// Since the start of the run [J].
     double work = 0, work_absolute = 0, elastic = 0, kinetic = 0, friction = 0, released = 0;
+    /// At the start of the run [J].
     double elastic_start = 0, kinetic_start = 0;
-    double most_elastic = 0, most_kinetic = 0; ///< largest changes since the start
+    double most_elastic = 0, most_kinetic = 0; ///< largest changes since the start [J]
     double largest_force = 0;                  ///< of a contact so far [N]
 
+    /// What the balance misses [J]: docs/theory/certificate.md.
     double error() const
     {
         return work - (elastic - elastic_start) - (kinetic - kinetic_start) - friction - released;
     }
-    /// What the run turned over.
+    /// What the run turned over [J].
     double scale() const
     {
         return work_absolute + kinetic_start + elastic_start + most_elastic + most_kinetic;
     }
 };
 
+/// A finished step, as all writers receive it.
 struct StepRecord {
     int step = 0;           ///< 0 is the initial state
     double time = 0;        ///< [s]
     double step_length = 0; ///< [s]
-    double seconds = 0;     ///< wall time of this step
+    double seconds = 0;     ///< wall time of this step [s]
     int iterations = 0;     ///< of Newton's method; of rods alone factors, also of trials
     int factorisations = 0;
     std::vector<double> errors; ///< of each iteration on forces and geometry; [] if one is enough
@@ -129,6 +143,7 @@ struct StepRecord {
 
 /// A jump of the equilibrium, crossed by a damped relaxation.
 struct SnapRecord {
+    /// Step in which it occurred.
     int step = 0;
     double time = 0;     ///< [s]
     double depth = 0;    ///< [m]
@@ -146,10 +161,11 @@ struct UndeterminedForce {
 /// The least and the largest value of a quantity over the steps of a run.
 struct Extremes {
     std::string name;
+    /// Range over the run, in the unit of the quantity.
     double least = 0, largest = 0;
 };
 
-/// Which way the linear systems of solids went, and what it took.
+/// Which way the linear systems of solids were solved, and what it took.
 struct LinearRecord {
     std::string taken; ///< "direct" | "iterative" | "distributed"; "": there are no such solids
     std::string why;
@@ -157,9 +173,10 @@ struct LinearRecord {
     double seconds = 0;   ///< bodies, free motion, W, contact and correction [s]
 };
 
+/// Quantities of a whole run, for the manifest.
 struct RunSummary {
     std::string status = "running"; ///< "done" | "failed" | "interrupted"
-    std::string message;            ///< why it ended, in a sentence; "" if nothing to say
+    std::string message;            ///< why it ended, in a sentence; "" if nothing to report
     int steps = 0;
     double time = 0; ///< reached [s]
     PhaseSeconds seconds;
@@ -178,7 +195,7 @@ struct RunSummary {
     std::vector<Quantity> quantities; ///< depth, max_push_force, max_torque, passed_through, ...
     std::vector<Extremes> extremes;   ///< of the quantities of steps, by history.csv
     LinearRecord linear;
-    std::vector<NamedText> texts;     ///< results in words: the branch that a wire went into
+    std::vector<NamedText> texts;     ///< results in words: the branch that a wire entered
     std::vector<double> step_seconds; ///< wall time of each step
 };
 

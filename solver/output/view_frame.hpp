@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-// What a window shows of one instant, and how it goes there: the program and its viewer are two
+// What a window shows of one instant, and how it is sent there: the program and its viewer are two
 // processes of one build, so numbers travel as they lie in memory. No Eigen and no VTK here: both
 // sides include it.
 
@@ -13,8 +13,10 @@ namespace amontons {
 
 /// A body as it is drawn. A shape that a frame does not name stays as it was.
 struct ViewShape {
+    /// Kinds of shapes.
     enum Kind : std::int32_t { wall, wire, solid, rigid };
     std::string name;
+    /// One of Kind.
     std::int32_t kind = wall;
     std::vector<float> points;           ///< 3 a point [m]
     std::vector<std::int32_t> triangles; ///< 3 corners each; empty: those of the frame before
@@ -23,7 +25,9 @@ struct ViewShape {
     std::vector<std::int32_t> faces = {};
 };
 
+/// One picture of the window: shapes and a caption.
 struct ViewFrame {
+    /// Line of text below the picture.
     std::string caption;
     std::vector<ViewShape> shapes;
     std::vector<float> contacts; ///< 6 each: point [m], the force that the caption names [N]

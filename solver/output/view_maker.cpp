@@ -71,8 +71,8 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
         const Outside& outside = outside_of(b);
         const Field* stress = find_field(b.point_fields, "von_mises_averaged");
         // Without stress a body is plain.
-        if (stress && std::ranges::all_of(stress->values,
-                                          [&](double v) { return v <= b.stress_round_off; }))
+        if (stress &&
+            std::ranges::all_of(stress->values, [&](double v) { return v <= b.stress_round_off; }))
             stress = nullptr;
         for (const std::int32_t node : outside.nodes) {
             add_point(s.points, b.points[static_cast<std::size_t>(node)]);
@@ -89,7 +89,7 @@ ViewFrame ViewMaker::frame(double time, const std::vector<BeamRecord>& beams,
     f.names = bodies_.names;
     for (const ContactRecord& c : contacts) {
         // On the wall of a vessel, as the picture shows it; else on the first body. The caption
-        // says which by the names of history.csv: A_on_B is what A exerts on B.
+        // states which by the names of history.csv: A_on_B is what A exerts on B.
         const auto a = static_cast<std::size_t>(c.body_a), b = static_cast<std::size_t>(c.body_b);
         const bool known = std::max(a, b) < bodies_.names.size();
         const bool on_b = known && bodies_.kinds[a] == "beam" && bodies_.kinds[b] != "beam";

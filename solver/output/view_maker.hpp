@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// Turns what a step tells into frames for the window: walls and triangles once, places always.
+/// Turns what a step reports into frames for the window: walls and triangles once, places always.
 class ViewMaker {
 public:
     /// @param obstacles  outlive the maker
@@ -19,6 +19,7 @@ public:
     {
     }
 
+    /// The frame of a step.
     ViewFrame frame(double time, const std::vector<BeamRecord>& beams,
                     const std::vector<BodyRecord>& bodies,
                     const std::vector<ContactRecord>& contacts);

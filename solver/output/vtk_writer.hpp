@@ -29,11 +29,13 @@ struct VtkArray {
 /// Words that hold for all of a file, in its field data.
 struct VtkTexts {
     std::string name;
+    /// Texts of each point or cell.
     std::vector<std::string> values;
 };
 
 /// Points with polylines, vertices and triangles among them.
 struct PolyData {
+    /// Places [m].
     std::span<const Vec3> points;
     Stored stored = Stored::float64;              ///< the points
     std::vector<std::vector<std::int32_t>> lines; ///< each a polyline
@@ -45,7 +47,9 @@ struct PolyData {
 
 /// Cells of any of VTK's types.
 struct UnstructuredGrid {
+    /// Places [m].
     std::span<const Vec3> points;
+    /// Nodes of the cells, one after another.
     std::span<const std::int32_t> connectivity;
     std::span<const std::int32_t> offsets; ///< where each cell's points end in `connectivity`
     std::span<const std::uint8_t> types;   ///< VTK's cell types
@@ -70,7 +74,9 @@ struct PvdEntry {
 /// A .pvd file that grows: adding a frame costs the frame, not the collection.
 class Collection {
 public:
+    /// Adds a file at its time.
     void add(const PvdEntry& entry);
+    /// The .pvd file.
     std::string bytes() const;
 
 private:

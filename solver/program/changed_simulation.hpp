@@ -7,7 +7,7 @@
 namespace amontons {
 
 /// A simulation whose scene the user changes while it runs, by lines on stdin: between two steps
-/// the state goes on in a new one. What makes the bodies others is refused, with the reason.
+/// the state continues in a new one. What makes the bodies others is refused, with the reason.
 class ChangedSimulation final : public Simulation {
 public:
     /// @param overrides  those that the scene was read with

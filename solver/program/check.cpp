@@ -35,7 +35,7 @@ std::string plan_text(const Plan& plan)
                 "  {}: free space {} of it, {}{} holes\n", s.name, s.facts.side,
                 s.facts.volume ? fmt::format("{:.4g} m^3, ", *s.facts.volume) : "", s.facts.holes);
     if (!surfaces.empty()) t += "surfaces\n" + surfaces;
-    t += "pairs that can meet\n";
+    t += "pairs that can touch\n";
     for (const Plan::Pair& p : plan.pairs)
         t += fmt::format("  {} - {}: {}, friction {:g}\n", p.a, p.b, p.law, p.friction);
     if (plan.pairs.empty()) t += "  none\n";
@@ -46,10 +46,11 @@ std::string plan_text(const Plan& plan)
     for (const Plan::LeftOut& l : plan.leaves_out)
         t += fmt::format("  {}: {}\n", l.what, l.why);
     t += fmt::format("predicted\n  memory {:.0f} MB{}\n  path   {}\n", plan.memory / 1e6,
-                     plan.picture > 0 ? fmt::format("; the picture, drawn after the run by a process "
-                                                    "of its own, {:.0f} MB",
-                                                    plan.picture / 1e6)
-                                      : "",
+                     plan.picture > 0
+                         ? fmt::format("; the picture, drawn after the run by a process "
+                                       "of its own, {:.0f} MB",
+                                       plan.picture / 1e6)
+                         : "",
                      plan.path);
     const LinearPlan& linear = plan.linear;
     if (linear.paths.empty()) return t;
@@ -79,7 +80,7 @@ struct FirstState : StepObserver {
 
 /// Every quantity of the history and of the end of a run, with unit and meaning. Its first state is
 /// made for that.
-void tell_quantities(Simulation& simulation, Session& session)
+void report_quantities(Simulation& simulation, Session& session)
 {
     std::atomic<bool> stop{false};
     FirstState first(stop);
@@ -133,7 +134,7 @@ void add_check(CLI::App& program, Session& session)
         "--quantities", *quantities,
         "Instead: all quantities with unit and meaning; makes the first state of the run");
     command->callback([arguments, quantities, &session] {
-        ParallelRun parallel; // says how many ranks there are
+        ParallelRun parallel; // states how many ranks there are
         if (parallel.served()) return;
         settle(*arguments);
         Scene scene = read_scene(arguments->scene, arguments->overrides);
@@ -147,11 +148,11 @@ void add_check(CLI::App& program, Session& session)
         session.warn(odd);
         session.warn(simulation->warnings());
         if (*quantities) {
-            tell_quantities(*simulation, session);
+            report_quantities(*simulation, session);
             return;
         }
-        const Plan plan =
-            make_plan(scene, simulation->plan(), simulation->obstacles(), simulation->linear_plan());
+        const Plan plan = make_plan(scene, simulation->plan(), simulation->obstacles(),
+                                    simulation->linear_plan());
         session.print(session.json ? plan_json(plan) : plan_text(plan));
     });
 }

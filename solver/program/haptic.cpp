@@ -111,6 +111,8 @@ void haptic(HapticArguments& a, Session& session)
         session.say("warning: " + w);
 
     std::optional<Viewer> viewer;
+
+    // ---- View and publication of operators
     if (a.view)
         viewer.emplace(scene.title.empty() ? "amontons" : scene.title, ::isatty(STDERR_FILENO));
     std::optional<ViewMaker> frames;

@@ -27,7 +27,8 @@ namespace {
 /// Help and version are no errors; a wrong argument is bad input, with the nearest name.
 int report_arguments(const CLI::App& program, const CLI::ParseError& error, Session& session)
 {
-    if (mpirun_rank() > 0) return error.get_exit_code() == 0 ? kDone : kBadInput; // rank 0 says it
+    if (mpirun_rank() > 0)
+        return error.get_exit_code() == 0 ? kDone : kBadInput; // rank 0 states it
     const CLI::App* command = &program;
     std::string path; // "mesh info "
     std::size_t depth = 0;

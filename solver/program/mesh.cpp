@@ -43,7 +43,7 @@ VolumeFile read(const MeshArguments& a, Session& session)
     return file;
 }
 
-/// What a command that writes a mesh says at its end.
+/// What a command that writes a mesh states at its end.
 void report_written(const MeshArguments& a, const VolumeMesh& mesh,
                     const std::vector<std::string>& notes, Session& session)
 {
@@ -516,7 +516,7 @@ void add_generators(CLI::App& generate, Session& session)
 
 void add_mesh(CLI::App& program, Session& session)
 {
-    CLI::App* mesh = program.add_subcommand("mesh", "Look at, convert and make meshes of solids");
+    CLI::App* mesh = program.add_subcommand("mesh", "Check, convert and make meshes of solids");
     mesh->require_subcommand(1);
     const auto add = [&](const char* name, const char* text, auto run) {
         CLI::App* command = mesh->add_subcommand(name, text);

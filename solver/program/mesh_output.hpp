@@ -15,7 +15,7 @@ namespace amontons {
 
 class JsonText;
 
-/// Where a mesh goes, and how.
+/// Where a mesh is, and how.
 struct MeshOutput {
     std::string file;            ///< .msh .vtu .inp .nodes
     std::string version = "4.1"; ///< of a .msh file

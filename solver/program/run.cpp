@@ -138,7 +138,7 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
 }
 
 /// The signal came before the run had touched its folder: what is there stays.
-void say_interrupted_before(const std::string& directory, Session& session)
+void note_interrupted_before(const std::string& directory, Session& session)
 {
     RunSummary s;
     s.status = "interrupted";
@@ -166,6 +166,8 @@ void run_scene(RunArguments& arguments, Session& session)
     Scene scene = read_scene(arguments.scene.scene, arguments.scene.overrides);
     if (arguments.record) check_recordable(scene);
     const std::vector<DepthLine> depth_lines = place_introducers(scene);
+
+    // ---- Scene and simulation
     std::vector<Issue> odd;
     std::vector<Obstacle> obstacles = build_obstacles(scene, &odd);
     const double read_seconds = watch.seconds();
@@ -189,6 +191,8 @@ void run_scene(RunArguments& arguments, Session& session)
     RunWriterOptions options;
     options.name = run_name(scene.file);
     options.directory = arguments.output.empty() ? "out/" + options.name : arguments.output;
+
+    // ---- Files of the run
     options.command = session.arguments;
     for (const Issue& w : odd)
         options.warnings.push_back(InputError({w}).what());
@@ -199,7 +203,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (options.resume != arguments.resume)
         session.say("no step had been finished in " + directory + ": the run begins anew");
     if (stop && std::filesystem::exists(directory + "/manifest.json"))
-        return say_interrupted_before(directory, session);
+        return note_interrupted_before(directory, session);
     std::vector<std::string> files{options.name + ".pvd", "contacts.pvd", "history.csv",
                                    "manifest.json"};
 
@@ -219,6 +223,8 @@ void run_scene(RunArguments& arguments, Session& session)
             viewer->offer(frames.frame(r.time, r.beams, simulation.body_records(), r.contacts));
         };
     }
+
+    // ---- The run and its summary
     RunSummary summary = simulation.run(observers, stop);
     progress.end();
     for (const std::string& m : simulation.messages())
@@ -248,6 +254,8 @@ void run_scene(RunArguments& arguments, Session& session)
     session.exit_code = exit_code(summary);
 
     std::vector<std::string> pictures;
+
+    // ---- Plots and pictures
     if (scene.output.plots && !was_interrupted()) {
         std::string message;
         pictures = plot_history(directory, message);
@@ -267,6 +275,8 @@ void run_scene(RunArguments& arguments, Session& session)
 
     Viewer::Counts shown;
     if (viewer) shown = viewer->close();
+
+    // ---- Messages
     for (const std::string& w : summary.warnings)
         session.say("warning: " + w);
     if (summary.status != "done") session.error(summary.status + ": " + summary.message);
@@ -311,7 +321,7 @@ void add_run(CLI::App& program, Session& session)
             "Folder where factors of solids and samples of walls are kept for the next run")
         ->type_name("DIR");
     command->add_flag("--view", arguments->view, "Show the run in a window while it lasts");
-    command->add_flag("--resume", arguments->resume, "Go on from the folder's checkpoint");
+    command->add_flag("--resume", arguments->resume, "Continue from the folder's checkpoint");
     command->add_flag("--record", arguments->record,
                       "Keep every step's contact problem as an FCLib file, in DIR/record");
     command->add_flag("--json", session.json, "One JSON object on stdout");

@@ -10,7 +10,7 @@ struct Session;
 /// Lines `set PATH=VALUE` on stdin, for a scene that is changed while it runs. Never waits.
 class SceneLines {
 public:
-    /// What has come since: PATH=VALUE of each. Says which lines are something else.
+    /// What has come since: PATH=VALUE of each. States which lines are something else.
     std::vector<std::string> take(const Session& session);
 
 private:

@@ -119,7 +119,7 @@ public:
         return std::max(0.0, (scene_.time() - begun_at_) / speed_ - watch_.seconds());
     }
 
-    /// A step of a run that nobody waits for. @return  the line that tells of it
+    /// A step of a run that nobody waits for. @return  the line that reports of it
     std::string step_of_run()
     {
         JsonText json(false);
@@ -228,7 +228,7 @@ private:
             json.member("ok", true).member("state", to_base64(scene_.save()));
             return;
         case Request::inputs:
-            return tell_inputs(json.member("ok", true));
+            return report_inputs(json.member("ok", true));
         case Request::scene:
             json.member("ok", true);
             json.key("scene").json(in_one_line(resolved_scene(scene_.scene()->scene)));
@@ -242,7 +242,7 @@ private:
         case Request::sets:
             return tell_sets(json.member("ok", true));
         case Request::view:
-            return tell_view(json.member("ok", true), r.whole);
+            return send_view(json.member("ok", true), r.whole);
         case Request::quit:
             json.member("ok", true);
             return;
@@ -364,7 +364,7 @@ private:
         }
     }
 
-    void tell_inputs(JsonText& json) const
+    void report_inputs(JsonText& json) const
     {
         const Simulation& s = scene_.simulation();
         json.key("inputs").open('[');
@@ -377,7 +377,7 @@ private:
         json.close(']');
     }
 
-    void tell_contacts(JsonText& json) const
+    void send_contacts(JsonText& json) const
     {
         const Record& record = scene_.record();
         const std::vector<std::string>& names = *scene_.body_names();
@@ -443,7 +443,7 @@ private:
         json.close(']');
     }
 
-    void tell_view(JsonText& json, bool whole)
+    void send_view(JsonText& json, bool whole)
     {
         const ViewFrame frame = next_view(whole);
         json.member("time", scene_.time()).member("caption", frame.caption);

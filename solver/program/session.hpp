@@ -16,7 +16,7 @@ namespace amontons {
 constexpr int kDone = 0, kCaseFailed = 1, kBadInput = 2, kSolveFailed = 3, kInterrupted = 130;
 
 /// What every command knows: how it was called, and where its words go. Only the results of a
-/// command go to stdout; all else goes to stderr.
+/// command are passed to stdout; all else is passed to stderr.
 struct Session {
     std::vector<std::string> arguments;
     bool quiet = false;
@@ -34,7 +34,7 @@ struct Session {
     void error(std::string_view text) const;
     /// Text on stdout, as it is. @throws WriteError  if it cannot be written
     void print(std::string_view text) const;
-    /// Says what is wrong with the input, as text and with --json also as JSON on stdout;
+    /// States what is wrong with the input, as text and with --json also as JSON on stdout;
     /// sets the exit code.
     void refuse(const std::vector<Issue>& issues);
 };

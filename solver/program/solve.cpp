@@ -127,7 +127,7 @@ Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given
     });
 }
 
-/// A solver of somebody else's. What it prints goes to stderr.
+/// A solver of somebody else's. What it prints is passed to stderr.
 Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Session& session)
 {
     try {

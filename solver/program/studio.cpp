@@ -42,8 +42,8 @@ std::string page_folder(const std::string& module)
     return "";
 }
 
-/// What an argument says everyone on this machine can read: the address goes by a file that only
-/// its owner can.
+/// An argument can be read by everyone on this machine: the address follows a file that
+/// only its owner can.
 class Opener {
 public:
     ~Opener()
@@ -81,7 +81,7 @@ void open_browser(const std::string& path)
     ::_exit(127);
 }
 
-void say_ready(const char* address, int port)
+void announce_ready(const char* address, int port)
 {
     the_session->print(std::string(address) + "\n");
     the_session->say(
@@ -151,7 +151,7 @@ void add_studio(CLI::App& program, Session& session)
 {
     const auto arguments = std::make_shared<StudioArguments>(); // lives as long as the callback
     CLI::App* command = program.add_subcommand(
-        "studio", "See, edit and lead a scene, or look at results, in a browser");
+        "studio", "See, edit and lead a scene, or examine results, in a browser");
     command->add_option("scene", arguments->open, "A scene, or a folder of results")
         ->type_name("SCENE|DIR");
     command->add_option("--port", arguments->port, "Of 127.0.0.1; 0: any that is free")

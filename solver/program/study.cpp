@@ -1,7 +1,7 @@
 // amontons study SCENE --sweep PATH=a,b,c --quantity Q: error against run time.
 //
 // The folder of a study has study.json (what it is about), points/KEY.json (one for each point that
-// was run: it goes on from these), and what is made of them: study.csv, study.svg and its script.
+// was run: it continues from these), and what is made of them: study.csv, study.svg and its script.
 
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
@@ -190,7 +190,7 @@ struct Work {
 };
 
 /// Whether a point that did not get there may get there now: it has longer, or it died of what may
-/// be gone, as another program's memory. What the program refused it would refuse again.
+/// be lost, as another program's memory. What the program refused it would refuse again.
 bool is_worth_another_run(const PointRecord& r, double max_time)
 {
     if (r.status == "out_of_time") return max_time == 0 || max_time > r.seconds;
@@ -252,6 +252,8 @@ void run_study(const StudyArguments& a, Session& session)
     Definition about{a.scene.scene, "",     a.scene.overrides, a.sweeps, a.quantity,
                      a.reference,   a.shard};
     std::vector<Sweep> sweeps;
+
+    // ---- Checks, all together
     const auto collect = [&](auto&& make) {
         try {
             make();
@@ -270,7 +272,7 @@ void run_study(const StudyArguments& a, Session& session)
     if (!issues.empty()) throw InputError(issues);
     const std::vector<Point> points = all_points(sweeps);
 
-    // Everything that can be said beforehand is said before the first run.
+    // Everything that can be reported beforehand is reported before the first run.
     std::vector<Work> work;
     std::map<std::string, std::uint64_t> files;
     collect([&] { about.hash = hash_of(read_scene(a.scene.scene, a.scene.overrides), files); });
@@ -285,6 +287,8 @@ void run_study(const StudyArguments& a, Session& session)
                 work.push_back(std::move(w));
             });
         }
+
+    // ---- Table and folder
     Table table;
     collect([&] { table = empty_table(about); });
     if (!issues.empty()) throw InputError(issues);
@@ -322,13 +326,15 @@ void run_study(const StudyArguments& a, Session& session)
         jobs.push_back(std::move(job));
         of_job.push_back(&w);
     }
+
+    // ---- The runs, side by side
     const std::atomic<bool>& stop = stop_on_interrupt();
     const auto check_quantity = [&](const PointRecord& r) {
         if (r.status != "done" || has_quantity(r, a.quantity)) return;
         throw InputError({{"--quantity", "", quoted_text(a.quantity),
                            allowed_names(r.numbers, r.texts, a.quantity)}});
     };
-    bool seen = false; // a run that tells the names there are
+    bool seen = false; // a run that reports the names there are
     for (const Work& w : work)
         if (w.record && w.record->status == "done" && !seen) {
             seen = true;
@@ -356,17 +362,19 @@ void run_study(const StudyArguments& a, Session& session)
         }
     });
 
+    // ---- What is left to do
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
     tell(table, a, folder, session);
-    if (work.empty()) { // nothing to do is no failure: what waits for all shards goes on
+    if (work.empty()) { // nothing to do is no failure: what waits for all shards continues
         session.say(
             fmt::format("no point is in shard {}: the study has {}", a.shard, points.size()));
         session.exit_code = kDone;
     }
     if (was_interrupted()) {
-        session.error(fmt::format("interrupted: {} of {} points are done; the same command goes on",
-                                  table.rows.size(), work.size()));
+        session.error(
+            fmt::format("interrupted: {} of {} points are done; the same command continues",
+                        table.rows.size(), work.size()));
         session.exit_code = kInterrupted;
     }
 }
@@ -466,10 +474,11 @@ void add_study(CLI::App& program, Session& session)
         ->type_name("PATH=a,b,c")
         ->allow_extra_args(false);
     command
-        ->add_option("--quantity", a->quantity,
-                     "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
-                     "energy.error, seconds.total, iterations; of a text the study says how often "
-                     "which came out")
+        ->add_option(
+            "--quantity", a->quantity,
+            "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
+            "energy.error, seconds.total, iterations; of a text the study states how often "
+            "which came out")
         ->type_name("Q");
     const CLI::Option* reference =
         command

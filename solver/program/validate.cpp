@@ -58,7 +58,7 @@ Entry entry_of(const std::string& folder)
     return {c.name, c.suite, c.source, nullptr, c.folder, "", c.folder, false, c.verified, c.about};
 }
 
-/// All cases that go by a name: functions first, then folders.
+/// All cases that follow a name: functions first, then folders.
 std::vector<Entry> known_cases()
 {
     std::vector<Entry> all;
@@ -124,7 +124,7 @@ std::vector<Entry> chosen(const ValidateArguments& arguments)
     const auto other = [&](const Entry& e) {
         return !arguments.suite.empty() && arguments.suite != e.suite;
     };
-    // What is named is run, or said to be of another suite; it is never passed over.
+    // What is named is run, or reported to be of another suite; it is never passed over.
     if (!arguments.cases.empty())
         for (const Entry& e : list)
             if (other(e))
@@ -191,7 +191,7 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
     CaseResult result = validation::run_case(c.name, c.suite, c.source, [&] {
         try {
             return validation::measure(c, run, solve, data);
-        } catch (const InputError& error) { // a name that only a run can tell is none
+        } catch (const InputError& error) { // a name that only a run can determine is none
             mistakes = error.issues();
             throw;
         }
@@ -200,7 +200,7 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
     return result;
 }
 
-/// With what the case says of itself, whatever came of it.
+/// With what the case specifies of itself, whatever came of it.
 CaseResult described(CaseResult r, const Entry& e)
 {
     r.verified = e.verified;
@@ -217,7 +217,7 @@ CaseResult run_here(const Entry& e, const std::string& data)
     return described(e.function ? validation::run_case(*e.function) : run_folder(e, data), e);
 }
 
-/// What a child says of its one case; a child without an answer is a case that failed.
+/// What a child states of its one case; a child without an answer is a case that failed.
 CaseResult result_of(const Entry& e, const ChildResult& child)
 {
     std::string why;
@@ -240,7 +240,7 @@ CaseResult result_of(const Entry& e, const ChildResult& child)
     return described(std::move(r), e);
 }
 
-/// Runs all, and tells each as soon as those before it are told.
+/// Runs all, and reports each as soon as those before it are reported.
 std::vector<CaseResult> run_all(const std::vector<Entry>& list, const std::string& data,
                                 int at_once, const std::function<void(const CaseResult&)>& tell)
 {
@@ -265,7 +265,7 @@ std::vector<CaseResult> run_all(const std::vector<Entry>& list, const std::strin
     return results;
 }
 
-// ---- telling
+// ---- reporting
 
 void print_list(const std::vector<Entry>& list, const Session& session)
 {

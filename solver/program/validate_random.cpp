@@ -139,7 +139,7 @@ SceneResult try_here(std::uint64_t seed, int number, const std::string& folder,
     return result;
 }
 
-/// What the process of a scene says; one without an answer is a finding.
+/// What the process of a scene specifies; one without an answer is a finding.
 SceneResult result_of(std::uint64_t seed, int number, const ChildResult& child)
 {
     std::string why;

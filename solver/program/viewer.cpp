@@ -14,15 +14,15 @@
 #include <unistd.h>
 #include <vector>
 
-// Frames go down a socket; up come "R" when the window is there, or "E" and why not, and at its
-// end "F frames seconds".
+// Frames are sent down a socket; up come "R" when the window is there, or "E" and why not, and at
+// its end "F frames seconds".
 
 namespace amontons {
 namespace {
 
 constexpr auto kPause = std::chrono::milliseconds(25); // between two frames: up to 40 a second
 
-/// What the other side says, up to the end of a line; "" at its end.
+/// What the other side states, up to the end of a line; "" at its end.
 std::string read_line(int stream)
 {
     std::string text;

@@ -22,7 +22,7 @@ struct Session;
 class Viewer {
 public:
     /// @param stay  the window stays when the run has ended, until the user closes it
-    /// @throws InputError  if no window can be opened; says why
+    /// @throws InputError  if no window can be opened; gives the reason
     Viewer(const std::string& title, bool stay);
     /// Shows the last frame and lets the window close.
     ~Viewer();

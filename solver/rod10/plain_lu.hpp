@@ -21,6 +21,7 @@ public:
     }
     int size() const { return size_; }
     int reach() const { return reach_; }
+    /// Numbers stored.
     std::size_t stored() const { return values_.size(); }
     /// |i - j| <= reach
     double& operator()(int i, int j) { return values_[at(i, j)]; }
@@ -42,6 +43,7 @@ void solve_band(const BandMatrix& LU, std::span<double> b);
 
 /// A square matrix, row by row.
 struct FullMatrix {
+    /// Rows and columns.
     int size = 0;
     std::vector<double> values; ///< size^2
     explicit FullMatrix(int n) : size(n), values(std::size_t(n) * std::size_t(n), 0.0) {}
@@ -57,6 +59,7 @@ struct FullMatrix {
 
 /// As of a band; about 2 n^3 / 3 and 2 n^2 operations.
 void factor_full(FullMatrix& A);
+/// Solves in place by the factor of factor_full().
 void solve_full(const FullMatrix& LU, std::span<double> b);
 
 } // namespace amontons

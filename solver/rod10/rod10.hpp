@@ -18,15 +18,18 @@ namespace amontons {
 
 using Mat10 = Eigen::Matrix<double, 10, 10>;
 
+/// The rod of WSCG 2003: 10 unknowns an element, small displacements.
 struct Rod10 {
     double length = 0.45;        ///< [m]
     double diameter = 0.004;     ///< [m]
     double youngs_modulus = 2e7; ///< [Pa]
     int nodes = 10;              ///< evenly along it; >= 2
 
+    /// Of the cross-section [m^2].
     double area() const;
     double inertia() const;                                 ///< of bending [m^4]
     double element() const { return length / (nodes - 1); } ///< [m]
+    /// Number of unknowns.
     int unknowns() const { return 5 * (nodes - 1); }
     double bending() const { return youngs_modulus * inertia(); } ///< EI [N m^2]
 };
@@ -44,10 +47,12 @@ Mat10 element_transformation(const Mat3& to_rod);
 
 /// Equations 8 and 9: stored numbers of the matrix.
 std::size_t stored_full(int nodes);
+/// Numbers that a band of so many nodes stores.
 std::size_t stored_band(int nodes);
 
 /// Steps 2 to 6 of the procedure: the matrix of the whole rod without its clamped node.
 BandMatrix assemble_band(const Rod10& rod, const Mat3& to_rod);
+/// The stiffness matrix as a full matrix, in the frame of the rod.
 FullMatrix assemble_full(const Rod10& rod, const Mat3& to_rod);
 
 /// Loads and deflections of a node.
@@ -63,11 +68,11 @@ public:
     /// @param every  frames between two factors; 1: each frame, as it should be
     explicit Rod10Solver(const Rod10& rod, int every = 1);
 
-    /// A frame: the rod points where it is said; steps 2 to 7 if it is time for them.
+    /// A frame: the rod points where it is reported; steps 2 to 7 if it is time for them.
     /// @param to_rod  rows: the rod's axes in space
     void orient(const Mat3& to_rod);
 
-    /// Step 8. @param loads  of every node; those of the first, clamped one go into the hand
+    /// Step 8. @param loads  of every node; those of the first, clamped one enter the hand
     std::vector<Rod10Node> deflections(std::span<const Rod10Node> loads) const;
 
     /// A moment in space as a load. The rod knows no torsion.

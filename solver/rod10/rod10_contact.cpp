@@ -56,7 +56,7 @@ Eigen::Matrix<double, 3, 10> displacement(double length, double s, const Vec3& a
 
 Rod10Object::Rod10Object(const SurfaceMesh& surface)
 {
-    // Rounding of coordinates may make coplanar triangles lean on each other by this part.
+    // Rounding of coordinates may make coplanar triangles rest on each other by this part.
     constexpr double kFlat = 1e-9;
     std::vector<Vec3> corners;
     for (const auto& t : surface.triangles)
@@ -140,7 +140,7 @@ Rod10Contact::Frame Rod10Contact::frame(const Vec3& hand, const Mat3& to_rod)
     std::fill(loads_.begin(), loads_.end(), Rod10Node{});
     Frame result;
     for (std::size_t e = 0; e + 1 < std::size_t(rod_.nodes); ++e) {
-        // The deflections of the last frame go with the hand.
+        // The deflections of the last frame follow the hand.
         const Vec10 d = of_element(deflections_, e, to_rod_);
         Vec10 load = Vec10::Zero();
         for (std::size_t p = 0; p < points; ++p) {

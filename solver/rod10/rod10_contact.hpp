@@ -36,6 +36,7 @@ private:
     double radius_ = 0;
 };
 
+/// Springs, dampers and limits of its contact.
 struct Rod10ContactOptions {
     double stiffness = 1;          ///< K, of a test point [N/m]
     double attenuation = 0;        ///< B [N s/m]
@@ -56,9 +57,10 @@ public:
     Rod10Contact(const Rod10& rod, std::vector<Rod10Object> objects, Rod10ContactOptions options,
                  int every = 1);
 
+    /// State between two frames.
     struct Frame {
         Vec3 force = Vec3::Zero(); ///< of all test points on the rod, in space [N]
-        Vec3 felt = Vec3::Zero();  ///< what the hand is told of it: the limiter's [N]
+        Vec3 felt = Vec3::Zero();  ///< what the hand is reported of it: the limiter's [N]
         int touching = 0;          ///< test points within objects
         double depth = 0;          ///< of the deepest of them [m]
     };

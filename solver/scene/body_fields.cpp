@@ -211,7 +211,7 @@ ObjectDeclaration declare_load()
              text<&L::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
          field<&L::pressure>("pressure", "Pa", kAny, "Pushes against faces, over time."),
          field<&L::volume>("volume", "m^3", kAny,
-                           "Instead: by how much the faces give way into the body, over time; the "
+                           "Instead: by how much the faces yield into the body, over time; the "
                            "pressure that does it is found. Hyperelastic solids, quasi-static."),
          fallback("none", field<&L::traction>("traction", "Pa", kAny, "Force per area on faces.")),
          fallback("none", field<&L::force>("force", "N", kAny,
@@ -445,7 +445,7 @@ ObjectDeclaration declare_contact()
                                              "\"nodal\" takes the other face at one point.")),
              fallback("chosen",
                       field<&C::reach>("reach", "m", at_least(0),
-                                       "How far contacts are looked for: a hint for the cost.")),
+                                       "How far contacts are searched for: a hint for the cost.")),
              choice({"refuse", "resolve", "close"},
                     text<&C::start_overlap>(
                         "start_overlap",

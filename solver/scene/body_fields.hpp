@@ -10,9 +10,12 @@ std::vector<VariantDeclaration> body_variants(const ObjectDeclaration& centrelin
 
 /// A box and a ball, of sets and branches.
 const ObjectDeclaration& declare_box();
+/// Fields of a ball of places.
 const ObjectDeclaration& declare_ball();
 
+/// Fields of a contact law.
 ObjectDeclaration declare_contact();
+/// Fields of a coupling.
 ObjectDeclaration declare_coupling();
 
 } // namespace amontons

@@ -362,7 +362,7 @@ void place_in_branch(const Scene& scene, IntroducerInput& introducer)
     introducer.direction = (line[next] - line[0]).normalized();
 }
 
-/// What the scene says across the direction that the centreline gave.
+/// What the scene specifies across the direction that the centreline gave.
 void check_placed(const Scene& scene, const BeamInput& beam, std::vector<Issue>& issues)
 {
     const Vec3& d = beam.introducer.direction;

@@ -24,6 +24,7 @@ struct SurfaceFacts {
     std::optional<double> volume; ///< enclosed, its holes closed [m^3]; not of a generated vessel,
                                   ///< whose triangles take longer than all else that is checked
 };
+/// Size, sides and resolution of an obstacle, for `amontons check`.
 SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle);
 
 /// Of a body that stands in an obstacle's wall: "; ..." with what may be meant, where its free
@@ -36,10 +37,12 @@ Centreline build_centreline(const SurfaceInput& surface, const Scene& scene);
 
 /// The centreline that a beam's depth is measured along, if its introducer stands on one.
 struct DepthLine {
+    /// Name of the wire.
     std::string beam;
+    /// The line along which its depth is measured.
     std::optional<Centreline> line;
     double start = 0; ///< arc length of the introducer's end [m]
-    double sign = 1;  ///< -1 if the line runs against the wire
+    double sign = 1;  ///< -1 if the line runs against the wire (factor)
 
     /// Distance along the line from the introducer's end to the place nearest to x [m].
     double depth(const Vec3& x) const;

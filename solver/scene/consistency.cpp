@@ -144,7 +144,7 @@ void check_introducer(const BeamInput& b, const Scene& scene, Findings& findings
         list += (list.empty() ? "one of " : ", ") + quoted_text(n);
     findings.add({place + "/branch"},
                  quoted_text(i.branch) + (count > 1 ? ", a branch of two obstacles" : ""),
-                 count > 1       ? "names that tell branches apart"
+                 count > 1       ? "names that report branches apart"
                  : names.empty() ? "a branch of an obstacle, which has none"
                                  : list);
 }
@@ -246,7 +246,7 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
                          "a tip that is held, of instruments in one another",
                          "no \"hold\": what nested instruments share along their length has no "
                          "held tip yet");
-    if (a.segments.empty() || b.segments.empty()) return; // said elsewhere
+    if (a.segments.empty() || b.segments.empty()) return; // stated elsewhere
     if (!fits_in(a, b) && !fits_in(b, a)) {
         // Of the two, the one with a bore is meant to be outside.
         const auto bore = [](const BeamInput& w) {

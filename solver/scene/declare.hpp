@@ -12,12 +12,18 @@ namespace amontons::declare {
 
 // --- The type of a field follows from the type of its member. ---
 
+/// The type of a field in the schema, by its C++ type.
 template <class T> struct TypeOf {
+    /// The type of the schema.
     static constexpr FieldType type = FieldType::object;
+    /// True if the field may be absent.
     static constexpr bool optional = false;
 };
+/// Base of TypeOf for plain types.
 template <FieldType kType, bool kOptional = false> struct Is {
+    /// The type of the schema.
     static constexpr FieldType type = kType;
+    /// True if the field may be absent.
     static constexpr bool optional = kOptional;
 };
 template <> struct TypeOf<bool> : Is<FieldType::boolean> {
@@ -45,20 +51,25 @@ template <> struct TypeOf<CurvePoints> : Is<FieldType::curve> {
 template <> struct TypeOf<std::vector<int>> : Is<FieldType::numbers> {
 };
 
+/// Class and type of a pointer to a member.
 template <class M> struct MemberOf;
 template <class C, class T> struct MemberOf<T C::*> {
+    /// The class.
     using Class = C;
+    /// The type of the member.
     using Type = T;
 };
 
+/// Address of a member in an object.
 template <auto kMember> void* member_of(void* object)
 {
     using Class = typename MemberOf<decltype(kMember)>::Class;
     return &(static_cast<Class*>(object)->*kMember);
 }
 
-constexpr double kMostInteger = 1e9; // of an int
+constexpr double kMostInteger = 1e9; ///< of an int (number)
 
+/// Declares a number, vector or curve with its unit and range.
 template <auto kMember>
 FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std::string doc)
 {
@@ -104,6 +115,7 @@ inline FieldDeclaration or_one(FieldDeclaration f)
     return f;
 }
 
+/// Declares a text.
 template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
 {
     return field<kMember>(std::move(name), "", {}, std::move(doc));
@@ -117,6 +129,7 @@ template <auto kMember> FieldDeclaration long_text(std::string name, std::string
     return f;
 }
 
+/// Declares an object.
 template <auto kMember>
 FieldDeclaration object(std::string name, const ObjectDeclaration& fields, std::string doc)
 {
@@ -137,6 +150,7 @@ inline FieldDeclaration group(std::string name, const ObjectDeclaration& fields,
     return f;
 }
 
+/// Declares a list of objects.
 template <auto kMember>
 FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::string doc)
 {
@@ -168,6 +182,7 @@ inline FieldDeclaration no_fewer(std::size_t least, FieldDeclaration f)
     return f;
 }
 
+/// Makes a field required.
 inline FieldDeclaration required(FieldDeclaration f)
 {
     f.required = true;
@@ -175,6 +190,7 @@ inline FieldDeclaration required(FieldDeclaration f)
     return f;
 }
 
+/// Makes a field required unless one of the others is there.
 inline FieldDeclaration required_unless(std::vector<std::string> other, FieldDeclaration f)
 {
     f.unless = std::move(other);
@@ -188,19 +204,23 @@ inline FieldDeclaration replaced_by(std::vector<std::string> other, FieldDeclara
     return f;
 }
 
+/// Describes in words the default of a field.
 inline FieldDeclaration fallback(std::string words, FieldDeclaration f)
 {
     f.fallback = std::move(words);
     return f;
 }
 
+/// Restricts a text to choices.
 inline FieldDeclaration choice(std::vector<std::string> choices, FieldDeclaration f)
 {
     f.choices = std::move(choices);
     return f;
 }
 
+/// Any number.
 constexpr Allowed kAny{};
+/// Numbers > 0.
 inline Allowed positive()
 {
     Allowed a;
@@ -208,12 +228,14 @@ inline Allowed positive()
     a.above = true;
     return a;
 }
+/// Numbers >= lower.
 inline Allowed at_least(double lower)
 {
     Allowed a;
     a.lower = lower;
     return a;
 }
+/// Numbers > lower and <= upper.
 inline Allowed above(double lower, double upper)
 {
     Allowed a;
@@ -222,6 +244,7 @@ inline Allowed above(double lower, double upper)
     a.above = true;
     return a;
 }
+/// Numbers >= lower and <= upper.
 inline Allowed between(double lower, double upper)
 {
     Allowed a;
@@ -229,6 +252,7 @@ inline Allowed between(double lower, double upper)
     a.upper = upper;
     return a;
 }
+/// Vectors that are not zero.
 inline Allowed direction()
 {
     Allowed a;
@@ -236,13 +260,14 @@ inline Allowed direction()
     return a;
 }
 
+/// Default values of an object.
 template <class T> const void* defaults_of()
 {
     static const T defaults{};
     return &defaults;
 }
 
-/// An object that need not be there and says itself that it was given.
+/// An object that need not be there and states itself that it was given.
 template <class T>
 ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaration> fields)
 {
@@ -254,6 +279,7 @@ ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaratio
     return d;
 }
 
+/// Appends a body of a kind to the scene.
 template <auto kBodies> void* append_body(Scene& scene, const std::string& name)
 {
     auto& body = (scene.*kBodies).emplace_back();
@@ -262,6 +288,7 @@ template <auto kBodies> void* append_body(Scene& scene, const std::string& name)
     return &body;
 }
 
+/// The body of a name; nullptr: none.
 template <auto kBodies> void* find_body(Scene& scene, const std::string& name)
 {
     for (auto& body : scene.*kBodies)

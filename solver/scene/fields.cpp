@@ -160,7 +160,8 @@ void complete_segment(void* object, const std::function<bool(const char*)>& give
 {
     constexpr double kTorsionOfBending = 0.77; // GJ / EI of a round wire with nu = 0.3
     auto& s = *static_cast<BeamSegment*>(object);
-    // Of tables the stiffness at rest: where they are not as they must be, consistency.cpp says so.
+    // Of tables the stiffness at rest: where they are not as they must be, consistency.cpp reports
+    // it.
     const auto at_rest = [](const CurvePoints& table) {
         for (std::size_t i = 0; i + 1 < table.size(); ++i)
             if (table[i][0] == 0)
@@ -199,7 +200,7 @@ ObjectDeclaration declare_layer()
          fallback("inner_radius",
                   field<&L::end_inner_radius>("end_inner_radius", "m", at_least(0),
                                               "The same at the segment's end; in between it "
-                                              "goes linearly.")),
+                                              "varies linearly.")),
          fallback("outer_radius", field<&L::end_outer_radius>("end_outer_radius", "m", positive(),
                                                               "The same at the segment's "
                                                               "end.")),
@@ -309,7 +310,7 @@ ObjectDeclaration declare_introducer(const ObjectDeclaration& place)
                                                        "Its end, where the wire comes out."))),
          replaced_by({"centreline", "branch"},
                      fallback("[1,0,0]", field<&I::direction>("direction", "", direction(),
-                                                              "Where the wire goes."))),
+                                                              "Direction of the wire."))),
          fallback("chosen", field<&I::normal>("normal", "", direction(),
                                               "Curvature of angle 0 bends this way.")),
          object<&I::centreline>("centreline", place, "Instead of \"at\" and \"direction\"."),
@@ -462,11 +463,11 @@ ObjectDeclaration declare_time()
                     "balance", "When a quasi-static step of wires is refused because the work at "
                                "their bases is neither stored nor rubbed away. \"mean\": it misses "
                                "more than 2 % of the work by the mean of the loads at both ends of "
-                               "the step. \"course\": it misses more than loads can that go from "
+                               "the step. \"course\": it misses more than loads can that run from "
                                "one of these to the other in whatever way without turning back; "
                                "steps may then be as long as contact allows, and a jump that sets "
                                "free less than the change of the loads times their ways is not "
-                               "told from a step.")),
+                               "distinguished from a step.")),
          field<&T::damping>("damping", "1/s", at_least(0),
                             "Damping of beams proportional to the mass; dynamic only."),
          choice({"theta", "generalised_alpha"},
@@ -507,7 +508,7 @@ ObjectDeclaration declare_solver()
             {choice({"auto", "direct", "iterative", "distributed"},
                     text<&S::linear>("linear", "How the linear systems of solids are solved: by a "
                                                "factor, by iterations on this machine, or on all "
-                                               "ranks of mpirun. `amontons check` says what each "
+                                               "ranks of mpirun. `amontons check` states what each "
                                                "would cost and which is taken."))},
             "",
             {},
@@ -524,10 +525,10 @@ ObjectDeclaration declare_contact_solver()
                       "command", "Run by a shell in the scene's folder with two files, PROBLEM and "
                                  "SOLVED: it writes SOLVED, a copy of PROBLEM with /solution. "
                                  "Judged and certified like ours.")),
-         fallback("none",
-                  text<&S::function>(
-                      "function", "Instead: the name of a function that the program which steps the "
-                                  "scene has registered (amontons.register_solver of Python).")),
+         fallback("none", text<&S::function>(
+                              "function",
+                              "Instead: the name of a function that the program which steps the "
+                              "scene has registered (amontons.register_solver of Python).")),
          field<&S::max_time>("max_time", "s", above(0, 1e9), "It is ended after this wall time.")},
         "",
         {},

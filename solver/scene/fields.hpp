@@ -36,10 +36,13 @@ enum class FieldType {
 
 /// The numbers that a field allows. NaN and infinity never are.
 struct Allowed {
+    /// Least value, in the unit of the field.
     double lower = -std::numeric_limits<double>::infinity();
+    /// Greatest value, in the unit of the field.
     double upper = std::numeric_limits<double>::infinity();
-    bool above = false;   ///< the lower bound itself is not allowed
-    double least = 0;     ///< what is not 0 is at least this large, of a lower bound of 0
+    bool above = false; ///< the lower bound itself is not allowed
+    double least =
+        0; ///< what is not 0 is at least this large, of a lower bound of 0 [unit of the field]
     bool nonzero = false; ///< of a vector: it must have a direction
 };
 
@@ -49,6 +52,7 @@ struct ObjectDeclaration;
 struct FieldDeclaration {
     std::string name;
     FieldType type = FieldType::number;
+    /// True if the field must be there.
     bool required = false;
     bool optional = false;           ///< the member is a std::optional
     std::vector<std::string> unless; ///< not required beside one of these
@@ -63,6 +67,7 @@ struct FieldDeclaration {
     std::size_t longest = 200; ///< of a text [bytes]
     std::string fallback;      ///< the default in words, where it is not the struct's value
     std::string doc;           ///< one sentence
+    /// Address of the member in the object.
     void* (*member)(void* object) = nullptr;
     void* (*append)(void* list) = nullptr;              ///< list: a new last item
     std::size_t (*size)(const void* list) = nullptr;    ///< list

@@ -33,8 +33,8 @@ struct Instrument {
     std::string source; ///< of its values
 };
 
-/// The library. GJ is 0.77 EI (a round section of nu = 0.3) unless its source says otherwise; EA
-/// is that of the same material.
+/// The library. GJ is 0.77 EI (a round section of nu = 0.3) unless its source specifies otherwise;
+/// EA is that of the same material.
 const std::vector<Instrument>& instruments();
 
 /// Replaces every beam's "instrument" with its segments.

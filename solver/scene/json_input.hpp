@@ -11,12 +11,13 @@
 
 namespace amontons {
 
+/// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
 /// A value from the file, short enough for a message.
 std::string shown(const Json& value);
 
-/// Parses the text. Fields that stand twice are Issues: which of them counts is nowhere said.
+/// Parses the text. Fields that stand twice are Issues: which of them counts is nowhere stated.
 /// @throws InputError  if the text is no JSON, with line and column
 Json parse_json(std::string_view text, const std::string& file, std::vector<Issue>& issues);
 

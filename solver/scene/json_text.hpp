@@ -19,8 +19,11 @@ public:
     explicit JsonText(bool indented = true) : indented_(indented) {}
 
     JsonText& open(char bracket); ///< '{' or '['
+    /// Ends an object or a list.
     JsonText& close(char bracket);
+    /// Starts a member.
     JsonText& key(std::string_view name);
+    /// A value: number, text or truth.
     JsonText& value(double number);
     JsonText& value(int number) { return value(static_cast<std::int64_t>(number)); }
     JsonText& value(std::int64_t number);

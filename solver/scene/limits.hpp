@@ -13,6 +13,7 @@ struct UnitLimits {
     double least; ///< of a value that must not be 0
     double most;
 };
+/// Range of sensible values of a unit.
 UnitLimits limits_of(std::string_view unit);
 
 /// What a field of this unit allows, within the unit's limits. Bounds of its own stay.

@@ -43,6 +43,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     Plan plan;
     plan.linear = linear;
     const bool direct = linear.taken.empty() || linear.taken == "direct";
+
+    // ---- Bodies, surfaces and pairs
     plan.bodies = bodies;
     for (const Obstacle& o : obstacles)
         if (const ObstacleInput* input = body_named(scene.obstacles, o.name))
@@ -59,6 +61,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                               largest > 0 ? "coulomb" : "frictionless", law.friction});
     }
 
+    // ---- Methods used
     const bool dynamic = scene.time.kind == "dynamic";
     const auto any = [&](auto&& condition) {
         return std::any_of(scene.obstacles.begin(), scene.obstacles.end(), condition);
@@ -108,8 +111,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                             (dynamic && !beams ? " for the velocities at the end of each step"
                                                : " on the geometry at the end of each step"));
     if (scene.contact_solver.given())
-        plan.uses.push_back("contact problems solved by " +
-                            quoted_text(scene.contact_solver.command + scene.contact_solver.function));
+        plan.uses.push_back(
+            "contact problems solved by " +
+            quoted_text(scene.contact_solver.command + scene.contact_solver.function));
     const auto touches = [](const auto& inputs, const std::string& name) {
         return name == "*" || std::any_of(inputs.begin(), inputs.end(),
                                           [&](const auto& b) { return b.name == name; });
@@ -128,6 +132,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back("walls in closed form");
     if (any(is_sampled)) plan.uses.push_back("walls as sampled signed distances");
 
+    // ---- Parts left out, and why
     const auto leave = [&](bool out, const char* what, const std::string& why) {
         if (out) plan.leaves_out.push_back({what, why});
     };
@@ -139,7 +144,7 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     leave(!vtk_there, "VTK", "its module is not installed: no picture");
     leave(vtk_there && !scene.output.picture && !vtp, "VTK", "no picture is asked for");
     leave(!scene.output.plots, "gnuplot", "no plots are asked for");
-    leave(scene.contact.empty(), "contact detection and solver", "no pair of bodies can meet");
+    leave(scene.contact.empty(), "contact detection and solver", "no pair of bodies can touch");
     leave(!friction && !scene.contact.empty(), "friction",
           "every coefficient is 0: one row a contact, not three");
     leave(!dynamic, "inertia", "time.kind is \"quasi_static\"");
@@ -164,10 +169,12 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
               ? "contact of wires with themselves, and side by side with one another"
               : "contact of a wire with itself",
           "cannot be solved yet: they would pass through");
-    leave(solids, "contact of a solid with itself", "not looked for: it would pass through");
+    leave(solids, "contact of a solid with itself", "not searched for: it would pass through");
 
     if (scene.output.picture && !find_module("vtk").empty()) plan.picture = kPicture;
     plan.memory = linear.path(linear.taken) ? 0 : kProgram; // which a path counts, too
+
+    // ---- Predicted memory and time
     for (const BodyPlan& b : bodies)
         plan.memory += b.kind == "solid" && !linear.paths.empty() ? 0
                        : b.kind == "solid"                        ? kPerSolidUnknown * b.unknowns

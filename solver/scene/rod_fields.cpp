@@ -41,7 +41,7 @@ ObjectDeclaration declare_rod_shape(const ObjectDeclaration& point,
              "The end is joined to the start; points need not come back to the first."),
          field<&S::stress_free>("stress_free", "", {},
                                 "Free of stress in the shape that curve or points give; false: "
-                                "bent into it from what its segments say.")},
+                                "bent into it from what its segments specify.")},
         "",
         {},
         defaults_of<S>()};
@@ -129,7 +129,7 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         if (!b.segments[i].bending.empty() || !b.segments[i].stretching.empty())
             findings.add({fmt::format("{}/segments/{}", place, i), place + "/elements"}, "a table",
                          "\"exact\" elements: the others are linear");
-    // Free of stress in a given shape: what the segments say of another one would not count.
+    // Free of stress in a given shape: what the segments specify of another one would not count.
     for (std::size_t i = 0;
          i < b.segments.size() && shape.stress_free && (shape.has_curve() || !shape.points.empty());
          ++i) {
@@ -146,6 +146,8 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
         refuse("curvature", b.segments[i].curvature);
         refuse("twist", b.segments[i].twist);
     }
+
+    // ---- Shape
     if (shape.has_curve() && !shape.points.empty())
         findings.add({place + "/shape/points", place + "/shape/curve"}, "points and a curve",
                      "either \"points\" or \"curve\"");
@@ -156,7 +158,7 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
     for (std::size_t i = 0; i + 1 < shape.points.size(); ++i)
         along += (shape.points[i + 1].at - shape.points[i].at).norm();
     for (std::size_t i = 0; i + 1 < shape.points.size(); ++i) {
-        // Nearer than round-off of the places can tell a direction, they are one.
+        // Nearer than round-off of the places can determine a direction, they are one.
         if (!((shape.points[i + 1].at - shape.points[i].at).norm() > 1e-9 * along))
             findings.add({fmt::format("{}/shape/points/{}", place, i + 1)},
                          "the point before it again", "another place than the point before it");
@@ -192,6 +194,8 @@ void check_rod(const RodInput& b, const Scene& scene, Findings& findings)
                          fmt::format("> {} [m], the rod's own radius", thickest));
         begin = end;
     }
+
+    // ---- Holds and loads
     const auto where = [&](const std::string& here, const std::string& set,
                            const std::optional<double>& at) {
         if (set.empty() == !at.has_value())

@@ -9,7 +9,7 @@
 #include <variant>
 #include <vector>
 
-// What a scene file says, in SI, with its defaults. No pointers, no files opened: the
+// What a scene file specifies, in SI, with its defaults. No pointers, no files opened: the
 // reader (scene/read) fills it, build turns it into a Simulation.
 
 namespace amontons {
@@ -44,12 +44,14 @@ struct BranchInput {
     double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
-/// One of several ways to say where a set or a branch is; `given` by the reader.
+/// One of several ways to report where a set or a branch is; `given` by the reader.
 struct SetBox {
+    /// True if the scene has one.
     bool given = false;
     Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< two opposite corners [m]
 };
 struct SetBall {
+    /// True if the scene has one.
     bool given = false;
     Vec3 centre = Vec3::Zero(); ///< [m]
     double radius = 0;          ///< [m]
@@ -58,9 +60,11 @@ struct SetBall {
 /// A part of any vessel with a name: around a centreline, in a ball or in a box.
 struct NamedBranchInput {
     std::string name;
+    /// Its line.
     CentrelineInput centreline;
     SetBall ball;
     SetBox box;
+    /// True if it is given by a line.
     bool has_line() const { return !centreline.file.empty() || !centreline.pieces.empty(); }
 };
 
@@ -89,8 +93,10 @@ struct SurfaceInput {
     double resolution = 0;                        ///< edge of the triangles [m]; 0: chosen
 };
 
+/// An obstacle: a rigid wall.
 struct ObstacleInput {
     std::string name;
+    /// Its surface.
     SurfaceInput surface;
     std::string side; ///< "inside" | "outside" | "": from the sign of the enclosed volume
 };
@@ -140,6 +146,7 @@ struct IntroducerPlace {
 /// A straight frictionless sheath that holds the part of the wire still outside.
 struct IntroducerInput {
     Vec3 at = Vec3::Zero(); ///< its end, where the wire comes out [m]
+    /// Direction of the introducer (unit vector).
     Vec3 direction = Vec3::UnitX();
     std::optional<Vec3> normal; ///< the wire's curvature of angle 0 bends this way; default chosen
     double length = 0;          ///< [m]; 0: as long as the wire
@@ -149,6 +156,7 @@ struct IntroducerInput {
     std::string end; ///< "start" | "end" of the centreline, where the wire comes in; "": its start,
                      ///< of a branch its end
     bool at_given = false, direction_given = false; ///< by the reader
+    /// True if the scene gives its place.
     bool placed() const { return !centreline.file.empty() || !branch.empty(); }
 };
 
@@ -162,11 +170,13 @@ struct TipInput {
 
 /// The tip of a wire is held: its place over time, and the turns of its cross-section.
 struct TipHoldInput {
+    /// True if the scene has one.
     bool given = false;
     CurvePoints x, y, z;        ///< displacement from where the tip begins [m]; empty: 0
     std::string turns = "free"; ///< "free" | "held"
 };
 
+/// A wire, catheter or sheath.
 struct BeamInput {
     std::string name;
     std::vector<BeamSegment> segments;
@@ -206,6 +216,7 @@ struct MeshInput {
 /// or as the turn or the gradient has them: u = x(t) + (R(t) - 1)(X - about), or
 /// u = x(t) + over(t) A (X - about), X where the run begins.
 struct HoldInput {
+    /// Name of the set of faces.
     std::string set;
     CurvePoints x, y, z;          ///< (time [s], [m]); empty: this axis is free
     Vec3 axis = Vec3::UnitZ();    ///< of the turn
@@ -213,6 +224,7 @@ struct HoldInput {
     CurvePoints angle;            ///< [rad]; empty: no turn
     std::optional<Mat3> gradient; ///< A [-]
     CurvePoints over;             ///< factor on it; empty: 1
+    /// True if it has a gradient.
     bool affine() const { return !angle.empty() || gradient.has_value(); }
     std::string axes =
         "world"; ///< x, y, z of where the body begins: "world" | "body": turned with it
@@ -220,6 +232,7 @@ struct HoldInput {
 
 /// What acts on a named set. Vectors are multiplied by `over`.
 struct LoadInput {
+    /// Name of the set of faces.
     std::string set;
     CurvePoints pressure;         ///< pushes against a set of faces (time [s], [Pa])
     CurvePoints volume;           ///< by how much a set of faces moves in (time [s], [m^3])
@@ -230,6 +243,7 @@ struct LoadInput {
 
 /// A prescribed rigid motion: shift and turn from where the body begins.
 struct DriveInput {
+    /// True if the scene has one.
     bool given = false;
     CurvePoints x, y, z;       ///< (time [s], [m])
     Vec3 axis = Vec3::UnitZ(); ///< of the turn
@@ -256,11 +270,15 @@ struct MaterialInput {
 
 /// As SetBox.
 struct SetPlane {
+    /// True if the scene has one.
     bool given = false;
     Vec3 at = Vec3::Zero(); ///< a point of it [m]
+    /// Outward normal.
     Vec3 normal = Vec3::UnitZ();
 };
+/// A place from which a smooth part of the surface is collected.
 struct SetSeed {
+    /// True if the scene has one.
     bool given = false;
     Vec3 at = Vec3::Zero(); ///< a place on the outside [m]
     double angle = 30;      ///< between neighbouring faces that are alike [degree]
@@ -286,13 +304,14 @@ struct SupportInput {
     double tangential = 0; ///< [N/m^3]
 };
 
-/// A place or a set of a solid whose displacement, stress and pressure are told of every step.
+/// A place or a set of a solid whose displacement, stress and pressure are reported of every step.
 struct ProbeInput {
     std::string name;
     std::optional<Vec3> at; ///< in the mesh as it is read [m]
     std::string set;        ///< or of faces or nodes
     /// Or a line in the mesh as it is read, along which fields are compared with a file's.
     struct Line {
+        /// True if the scene has one.
         bool given = false;
         Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< [m]
         std::string reference; ///< CSV beside the scene: distance from `from` [m], then fields
@@ -300,6 +319,7 @@ struct ProbeInput {
 
     /// What that is in the mesh: place_probes.
     struct Found {
+        /// Nodes of the set.
         std::vector<std::int32_t> nodes;
         std::vector<double> weights;                         ///< of each node, their sum is 1
         std::int32_t element = -1;                           ///< of a place
@@ -317,9 +337,12 @@ struct ProbeInput {
     std::vector<std::pair<std::string, std::vector<double>>> fields;
 };
 
+/// An elastic solid.
 struct SolidInput {
     std::string name;
+    /// Its elements.
     MeshInput mesh;
+    /// Its sets.
     std::vector<SetInput> sets;
     double youngs_modulus = 0;     ///< [Pa]
     double poisson_ratio = 0;      ///< [-]
@@ -336,6 +359,7 @@ struct SolidInput {
     double stiffness_damping = 0; ///< Rayleigh [s]
 };
 
+/// True if the solid has large strains.
 inline bool is_hyperelastic(const SolidInput& s)
 {
     return s.motion == "hyperelastic" || !s.material.law.empty();
@@ -355,8 +379,10 @@ struct ShapeInput {
     int points = 0;            ///< cylinder: contact points spread over each end; 0: its rim
 };
 
+/// A rigid body.
 struct RigidInput {
     std::string name;
+    /// Its shape.
     ShapeInput shape;
     double density = 0;          ///< [kg/m^3]
     std::optional<double> mass;  ///< instead of a density [kg]
@@ -376,14 +402,18 @@ struct RodPoint {
 /// Where a rod begins: along a curve, a polyline with rigid corners, or (neither) from a start on,
 /// bent as its segments are when free of load.
 struct RodShape {
+    /// First point [m].
     Vec3 start = Vec3::Zero();
+    /// Direction at the first point.
     Vec3 direction = Vec3::UnitX();
     std::optional<Vec3> normal;   ///< section axis 2, curvature of angle 0 bends this way; chosen
     std::vector<RodPoint> points; ///< corners are rigid
     CentrelineInput curve;
+    /// True if it follows a curve or points.
     bool has_curve() const { return !curve.file.empty() || !curve.pieces.empty(); }
-    bool closed = false;     ///< the end is joined to the start
-    bool stress_free = true; ///< in the given shape; else its segments say how it is free of load
+    bool closed = false; ///< the end is joined to the start
+    bool stress_free =
+        true; ///< in the given shape; else its segments specify how it is free of load
 };
 
 /// A place or motion that is prescribed to a cross-section of a rod.
@@ -408,7 +438,7 @@ struct RodLoad {
     CurvePoints over;           ///< factor over time; empty: 1
 };
 
-/// A beam that no introducer feeds: it lies where its shape says, is held and loaded anywhere.
+/// A beam that no introducer feeds: it lies where its shape specifies, is held and loaded anywhere.
 struct RodInput {
     std::string name;
     std::vector<BeamSegment> segments;
@@ -442,20 +472,23 @@ struct CouplingInput {
     double radius = 0;  ///< instead: what of the solid's outside is as near to the place [m]
 };
 
+/// The law of a pair of bodies.
 struct ContactLaw {
+    /// Names of the pair; "*": all others.
     std::array<std::string, 2> between;
     double friction = 0;                   ///< Coulomb's coefficient [-]
     double restitution = 0;                ///< Newton's, dynamic [-]
     std::array<std::string, 2> surfaces{}; ///< face sets of the two; "": all of the outside
     std::string sliding = "finite";        ///< "finite" | "small": on the geometry of the start
     std::string discretisation = "mortar"; ///< "mortar" | "nodal"
-    double reach = 0;                      ///< how far contacts are looked for [m]; 0: chosen
+    double reach = 0;                      ///< how far contacts are searched for [m]; 0: chosen
     std::string start_overlap = "refuse";  ///< "refuse" | "resolve" | "close"
     /// Of a beam and an obstacle: springs along the normal instead of a rigid wall, force per
     /// length of beam and depth [N/m^2]; 0: rigid.
     double foundation = 0;
 };
 
+/// Steps and rule of time.
 struct TimeInput {
     std::string kind = "quasi_static"; ///< "quasi_static" | "dynamic"
     double step = 0;                   ///< longest step [s]
@@ -465,15 +498,18 @@ struct TimeInput {
     std::string balance = "mean"; ///< of quasi-static beams: "mean" | "course"
     double damping = 0;           ///< mass-proportional Rayleigh damping of beams [1/s]
     std::string rule = "theta";   ///< of dynamic solids: "theta" | "generalised_alpha"
-    double theta = 1;             ///< 1 implicit Euler, 0.5 the midpoint rule
-    double spectral_radius = 0.8; ///< of generalised_alpha: what a step leaves of high frequencies
+    double theta = 1;             ///< 1 implicit Euler, 0.5 the midpoint rule (weight)
+    double spectral_radius =
+        0.8; ///< of generalised_alpha: what a step leaves of high frequencies (factor)
 };
 
+/// Tolerances (relative).
 struct AccuracyInput {
     double contact = 1e-8;       ///< relative error of forces and gaps at the end of a step
     std::string solver = "auto"; ///< of the contact problem: see contact/options.hpp
 };
 
+/// Choice of linear and contact solvers.
 struct SolverInput {
     /// Of the linear systems of solids: "auto" | "direct" | "iterative" | "distributed"
     std::string linear = "auto";
@@ -487,6 +523,7 @@ struct ContactSolverInput {
     bool given() const { return !command.empty() || !function.empty(); } ///< else ours
 };
 
+/// Files and pictures of a run.
 struct OutputInput {
     int every = 10;         ///< steps between two written frames
     double cluster = 0.005; ///< contact forces are summed over this length of wire [m]
@@ -503,6 +540,7 @@ struct HandInput {
 
 /// What a hand holds, for `amontons haptic`.
 struct HapticInput {
+    /// True if the scene has one.
     bool given = false;
     std::string handle;           ///< a body
     std::string kind;             ///< "rigid" | "elastic" | "beam"; "": that of the body
@@ -518,8 +556,11 @@ struct HapticInput {
     HandInput hand;
 };
 
+/// The contents of a scene file, in SI.
 struct Scene {
+    /// Version of the format.
     int schema = 1;
+    /// Of plots and pictures.
     std::string title;
     std::string file;               ///< as the user wrote it; surface files are beside it
     std::vector<std::string> order; ///< names of the bodies, in the file's order

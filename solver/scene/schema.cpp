@@ -14,7 +14,7 @@ namespace {
 std::string default_text(const FieldDeclaration& f, const void* defaults)
 {
     if (!f.fallback.empty() || f.required || f.optional || !defaults || !f.member) return "";
-    void* member = f.member(const_cast<void*>(defaults)); // looked at, not changed
+    void* member = f.member(const_cast<void*>(defaults)); // examined, not changed
     JsonText out(false);
     switch (f.type) {
     case FieldType::boolean:

@@ -6,6 +6,7 @@ namespace amontons {
 
 /// What a section of layers resists with: [N m^2], [N m^2], [N].
 struct SectionStiffness {
+    /// Bending [N m^2], torsional [N m^2] and axial stiffness [N].
     double EI = 0, GJ = 0, EA = 0;
 };
 

@@ -41,7 +41,7 @@ void check_table(const CurvePoints& table, bool both_ways, const std::string& he
     for (std::size_t i = 1; i < table.size(); ++i)
         if (!(table[i][1] > table[i - 1][1]))
             return findings.add({fmt::format("{}/{}", here, i)}, fmt::format("{}", table[i][1]),
-                                fmt::format("> {}, the value before it: what gives way as it "
+                                fmt::format("> {}, the value before it: what yields as it "
                                             "is loaded has no balance",
                                             table[i - 1][1]));
     const double slope = table[at + 1][1] / table[at + 1][0];

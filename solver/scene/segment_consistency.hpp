@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-double length_of(const std::vector<BeamSegment>& segments); // [m]
+double length_of(const std::vector<BeamSegment>& segments); ///< [m]
 
 /// What is wrong between the fields of the segments of one wire or rod.
 /// @param place  of the body, "/bodies/NAME"

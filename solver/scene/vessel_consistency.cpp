@@ -31,7 +31,7 @@ void check_vessel(const SolidInput& b, const Scene& scene, Findings& findings)
                      "\"linear\" or \"hyperelastic\" of a wall that a beam touches");
     if (b.start.place != Vec3::Zero() || b.start.turn != Vec3::Zero())
         findings.add({place + "/start"}, "a wall that is moved first",
-                     "none: its centreline says where it is");
+                     "none: its centreline specifies where it is");
     if (b.drive.given)
         findings.add({place + "/drive"}, "a wall that is driven", "one that is held");
     if (b.hold.empty())
@@ -73,7 +73,7 @@ void check_vessel(const SolidInput& b, const Scene& scene, Findings& findings)
                              "the wall of a vessel and a beam");
             if (pairs > 1)
                 findings.add({where}, quoted_text(b.name) + " and a second beam",
-                             "one beam in a wall that gives way");
+                             "one beam in a wall that is compliant");
             if (const std::string& set = law.surfaces[side]; !set.empty() && set != "inner")
                 findings.add({fmt::format("/contact/{}/surfaces/{}", i, side)}, quoted_text(set),
                              "\"inner\" or \"\"");
@@ -90,7 +90,7 @@ void check_vessels(const Scene& scene, Findings& findings)
         check_vessel(b, scene, findings);
     if (scene.time.kind == "dynamic")
         findings.add({"/time/kind"}, "\"dynamic\"",
-                     "\"quasi_static\": walls that give way have no inertia yet");
+                     "\"quasi_static\": walls that are compliant have no inertia yet");
     for (std::size_t i = 0; i < scene.contact.size(); ++i)
         if (body_named(scene.beams, scene.contact[i].between[0]) &&
             body_named(scene.beams, scene.contact[i].between[1]))

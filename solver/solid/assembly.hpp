@@ -33,6 +33,7 @@ void clear(const SolidPattern& pattern, SparseMatrix& matrix);
 
 /// An element's places in the mesh.
 using ElementPlaces = Eigen::Matrix<double, 3, Eigen::Dynamic, 0, 3, kMostSolidNodes>;
+/// Places of an element's nodes [m].
 ElementPlaces places_of(const VolumeMesh& mesh, std::span<const std::int32_t> nodes);
 /// ... moved by u (3 nodes), as seen from the first node at rest: far from the origin places have a
 /// round-off that stiff elements would answer to.
@@ -90,6 +91,7 @@ void add_weight(const VolumeMesh& mesh, std::span<const SolidMaterial> materials
 /// Add a pressure (> 0 pushes inwards) or a force per area on faces of the mesh [Pa].
 void add_pressure(const VolumeMesh& mesh, std::span<const FaceRef> faces, double pressure,
                   Eigen::Ref<Eigen::VectorXd> f);
+/// Adds the nodal forces of a uniform traction [Pa] on faces at rest.
 void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const Vec3& traction,
                   Eigen::Ref<Eigen::VectorXd> f);
 

@@ -22,7 +22,7 @@ struct ComplianceCounts {
     std::size_t bytes = 0;            ///< of the columns kept now
 };
 
-/// What a body with a constant matrix A gives to contact: W = C^T A^-1 C and displacements.
+/// Compliance of a body with a constant matrix A for contact: W = C^T A^-1 C and displacements.
 ///
 /// Columns of A^-1 are solved for nodes that come into contact and kept, three for each node, with
 /// the rows of the surface only, or, for small bodies that move, with all rows. From then on W is
@@ -45,6 +45,7 @@ public:
     SolidCompliance(SupernodalFactor factor, FreeDofs dofs,
                     std::span<const std::int32_t> surface_nodes, std::size_t memory = kColumnMemory,
                     ColumnRows rows = ColumnRows::surface);
+    /// Default memory limit of the columns [bytes].
     static constexpr std::size_t kColumnMemory = std::size_t(1) << 30;
 
     /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
@@ -59,8 +60,8 @@ public:
     bool delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// The same from the factor, whatever is kept.
     void delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// Says that about so many solves will be asked for: columns are then solved early, and some of
-    /// nodes that have not been in contact with those that are.
+    /// Announces about so many solves: columns are then solved early, and some
+    /// of nodes that have not been in contact with those that are.
     void expect(double solves);
     /// Of the columns' solves; they have the same bits for any number.
     void use_threads(int threads) { threads_ = threads; }
@@ -84,9 +85,10 @@ public:
     Eigen::VectorXd solved(const Eigen::VectorXd& f);
 
     /// Which columns are kept and what the choice of further ones depends on: kept_size()
-    /// numbers. A copy that keep() gives them to goes on with the same bits.
+    /// numbers. A copy that keep() gives them to continues with the same bits.
     std::vector<double> kept() const;
     void keep(std::span<const double> kept); ///< solves the columns again
+    /// Numbers of kept() for so many nodes of the surface.
     static std::size_t kept_size(std::size_t surface_nodes) { return 3 + 2 * surface_nodes; }
 
     const SupernodalFactor& factor() const { return factor_; }

@@ -26,7 +26,9 @@ CorotationalElement make_corotational(ElementKind kind, const ElementPoints& X, 
 /// proper rotation.
 Mat3 polar_rotation(const Mat3& F);
 
+/// State of a corotational element between iterations.
 struct CorotationalState {
+    /// Polar rotation of the element.
     Mat3 rotation = Mat3::Identity();
     ElementVector u;   ///< elastic displacement in the element's own frame, 3n [m]
     double energy = 0; ///< [J]

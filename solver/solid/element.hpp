@@ -21,11 +21,13 @@ namespace amontons {
 
 using ElementPoints = Eigen::Ref<const Eigen::Matrix3Xd>;
 
+/// Most degrees of freedom of an element.
 constexpr int kMostSolidDofs = 3 * kMostSolidNodes;
 using ElementMatrix =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostSolidDofs, kMostSolidDofs>;
 using ElementVector = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostSolidDofs, 1>;
 
+/// Most internal modes of an element.
 constexpr int kMostInternalModes = 12;
 using InternalModes = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostInternalModes, 1>;
 

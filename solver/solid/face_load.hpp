@@ -17,12 +17,14 @@ struct FacePoint {
     Vec3 area;         ///< outward normal times the area that the point stands for [m^2]
 };
 
+/// Place, tangents and normal of a face at an integration point.
 FacePoint face_point(const FacePoints& X, const QuadraturePoint& p);
 
 /// Forces of a pressure that pushes against the face: 3 x n [N]. Their sum and moment are exact.
 /// @param pressure  [Pa], > 0 pushes inwards
 FaceForces pressure_forces(const FacePoints& X, double pressure);
 
+/// Most degrees of freedom of a face.
 constexpr int kMostFaceDofs = 3 * kMostSolidFaceNodes;
 using FaceTangent =
     Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, 0, kMostFaceDofs, kMostFaceDofs>;

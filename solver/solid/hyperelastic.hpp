@@ -36,11 +36,12 @@ HyperelasticElement make_hyperelastic(ElementKind kind, const ElementPoints& X, 
 struct HyperelasticState {
     InternalModes modes;     ///< of H8: given as a start, then those of balance
     double energy = 0;       ///< [J]
-    double least_volume = 1; ///< least J at its points
+    double least_volume = 1; ///< least J at its points (ratio)
     /// What the tangent takes for the pressure of the mean J; no number: that of its places [Pa].
     double pressure = std::numeric_limits<double>::quiet_NaN();
 };
 
+/// Why an element is refused.
 enum class ElementFault {
     none,
     inverted, ///< J <= 0, or too strained for numbers, at some point
@@ -60,16 +61,20 @@ void hyperelastic_tangent(const HyperelasticElement& e, const Hyperelastic& mate
                           const ElementPoints& x, const HyperelasticState& state, ElementMatrix& K);
 
 /// The pressure of the mean J that a motion leads to, as far as it is linear: what is nearly
-/// incompressible answers to all of it with one of many shear moduli, which is nobody's balance.
+/// incompressible answers to all of it with one of many shear moduli, which belongs to no
+/// equilibrium.
 /// @param move  of the nodes from x, 3 x n [m]
 double pressure_after(const HyperelasticElement& e, const Hyperelastic& material,
                       const ElementPoints& x, const ElementPoints& move);
 
 /// Mean over the element, there: Cauchy's stress [Pa], and energy per volume at rest [J/m^3].
 struct HyperelasticMean {
+    /// Cauchy stress [Pa].
     Vec6 stress = Vec6::Zero();
+    /// Energy density [J/m^3].
     double energy = 0;
 };
+/// Means over an element.
 HyperelasticMean hyperelastic_mean(const HyperelasticElement& e, const Hyperelastic& material,
                                    const ElementPoints& x, const HyperelasticState& state);
 

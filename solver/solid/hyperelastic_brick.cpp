@@ -320,6 +320,8 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
     const Brick::Gradients g0 = e.centre();
     NodeBlocks<n> blocks;
     std::array<Four, 3 * n> dv{}; // of the volume by the places
+
+    // ---- Tangent of the points, with the modes
     Eigen::Matrix<double, 3 * n, kModes> K_ua = Eigen::Matrix<double, 3 * n, kModes>::Zero();
     Square K_aa = Square::Zero();
     Answer<Four> answer;
@@ -375,6 +377,8 @@ void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
             }
         }
     }
+
+    // ---- Mean volume, condensation of the modes
     Eigen::Matrix<double, 3 * n, 3 * n> K;
     blocks.scatter(K);
     if (lambda.mean > 0) {

@@ -13,28 +13,40 @@
 namespace amontons::hyperelastic_parts {
 
 using Mat9 = Eigen::Matrix<double, 9, 9>;
+/// Modes of the brick.
 constexpr int kModes = kMostInternalModes;
 using Modes = Eigen::Matrix<double, kModes, 1>;
 
 /// How the numbers of an element lie: gradients of shapes and volume of each point, of H8 those of
 /// its modes besides; each number of four points side by side, a group (T4: of its only point).
 template <ElementKind kind> struct Layout {
+    /// Nodes of an element.
     static constexpr int n = kind == ElementKind::T4 ? 4 : kind == ElementKind::T10 ? 10 : 8;
+    /// Integration points.
     static constexpr int points = kind == ElementKind::T4 ? 1 : 8;
+    /// Points in one register.
     static constexpr int width = kind == ElementKind::T4 ? 1 : 4;
+    /// Registers of points.
     static constexpr int groups = points / width;
+    /// True if the element has internal modes.
     static constexpr bool modes = kind == ElementKind::H8;
     static constexpr int volume = 3 * n, e = volume + 1, c = e + 3; ///< after the gradients
     static constexpr int of_point = modes ? c + 3 : volume + 1;
+    /// Numbers stored for an element.
     static constexpr int size = points * of_point + (modes ? 3 * n + 9 : 0);
+    /// One number, or one for each of four points.
     using Number = std::conditional_t<kind == ElementKind::T4, double, Four>;
     using Gradients = Eigen::Matrix<double, 3, n>;
     using Forces = Eigen::Matrix<double, 3, n>;
 };
 
+/// Access to the numbers stored for an element.
 template <ElementKind kind> struct Numbers {
+    /// Its layout.
     using L = Layout<kind>;
+    /// One number, or one for each of four points.
     using Number = typename L::Number;
+    /// The first number.
     const double* at;
     /// Number k of the points of a group.
     Number of_group(int group, int k) const
@@ -43,6 +55,7 @@ template <ElementKind kind> struct Numbers {
         std::memcpy(&v, at + (group * L::of_point + k) * L::width, sizeof v);
         return v;
     }
+    /// Volumes of a group of points [m^3].
     Number volumes(int group) const { return of_group(group, L::volume); }
     /// Of one point.
     auto gradients(int q) const
@@ -50,13 +63,18 @@ template <ElementKind kind> struct Numbers {
         using Apart = Eigen::Stride<3 * L::width, L::width>;
         return Eigen::Map<const typename L::Gradients, 0, Apart>(of(q, 0));
     }
+    /// Volume of point q [m^3].
     double volume(int q) const { return *of(q, L::volume); }
+    /// Modes h of point q.
     Mat3 h(int q) const { return turned() * three(q, L::e).asDiagonal(); }
+    /// Volume modes of point q.
     Vec3 c(int q) const { return three(q, L::c); }
+    /// Gradients at the centre.
     auto centre() const
     {
         return Eigen::Map<const typename L::Gradients>(at + L::points * L::of_point);
     }
+    /// Modes rotated with F0.
     auto turned() const { return Eigen::Map<const Mat3>(at + L::points * L::of_point + 3 * L::n); }
 
 private:
@@ -67,6 +85,7 @@ private:
     Vec3 three(int q, int k) const { return {*of(q, k), *of(q, k + 1), *of(q, k + 2)}; }
 };
 
+/// Sum over lanes (the value itself of one).
 inline double sum(double x)
 {
     return x;
@@ -75,6 +94,7 @@ inline double sum(const Four& x)
 {
     return (x[0] + x[1]) + (x[2] + x[3]);
 }
+/// The value of one lane.
 inline double one_of(double x, int)
 {
     return x;
@@ -83,6 +103,7 @@ inline double one_of(const Four& x, int lane)
 {
     return x[lane];
 }
+/// Least value over lanes.
 inline double least(double x)
 {
     return x;
@@ -109,7 +130,9 @@ Gradient<typename Layout<kind>::Number> gradient(const Numbers<kind>& e, int gro
 
 /// The law at the points of a group.
 template <class Number> struct Answer {
+    /// The strain.
     Strain<Number> at;
+    /// The law's response.
     Response<Number> r;
 };
 /// @param lambda    its volumetric part that acts here
@@ -172,9 +195,12 @@ void add_forces(const Numbers<kind>& e, int group, const Gradient<Number>& P,
 
 /// One of them.
 struct Point {
+    /// Determinant of F.
     double J = 0;
+    /// Deformation gradient and second Piola-Kirchhoff stress [Pa].
     Mat3 F, S;
 };
+/// Strain and stress at a point from F.
 template <class Number>
 Point point_of(const Gradient<Number>& F, const Answer<Number>& answer, int lane)
 {
@@ -191,6 +217,7 @@ Point point_of(const Gradient<Number>& F, const Answer<Number>& answer, int lane
 /// Volume times dP/dF at the points of a group, by pairs of components: of P at c + 3 J, of F at
 /// d + 3 L, A[9 (c + 3 J) + d + 3 L].
 template <class Number> using Tangent = std::array<Number, 81>;
+/// dP/dF at a point.
 template <class Number>
 void tangent(const Gradient<Number>& F, const Response<Number>& r, const Number& volume,
              Tangent<Number>& A)
@@ -231,8 +258,9 @@ template <class Number> Gradient<Number> cofactor(const Gradient<Number>& F)
 
 /// Adds (gradients)^T A (gradients) for each pair of axes, lower triangle of the pairs.
 template <int n> struct NodeBlocks {
-    // Whole registers of four: products of ten rows by Eigen's general way took a third of a step.
+    /// Whole registers of four: products of ten rows by Eigen's general way took a third of a step.
     static constexpr int rows = (n + 3) / 4 * 4;
+    /// The six parts of symmetric 3 x 3 blocks.
     std::array<Eigen::Matrix<double, rows, n>, 6> of;
     NodeBlocks()
     {
@@ -280,6 +308,7 @@ template <int n> struct NodeBlocks {
             }
         });
     }
+    /// Adds the blocks to K.
     template <class Matrix> void scatter(Matrix& K) const
     {
         std::size_t k = 0;
@@ -309,13 +338,15 @@ private:
     }
 };
 
+/// Shares of lambda at the points and at the mean.
 struct VolumeParts {
-    double pointwise = 0, mean = 0; // lambda
+    double pointwise = 0, mean = 0; ///< lambda [Pa]
 };
 
-/// The smallest shear modulus at rest.
+/// The smallest shear modulus at rest [Pa].
 double softest_shear(const Hyperelastic& m);
 
+/// The shares of a law for a kind of element.
 template <ElementKind kind> VolumeParts volume_parts(const Hyperelastic& m)
 {
     const double lambda = m.law->volumetric(m.constants);
@@ -327,7 +358,8 @@ template <ElementKind kind> VolumeParts volume_parts(const Hyperelastic& m)
 
 /// The mean J, and what it does: lambda/2 V (ln J)^2.
 struct MeanVolume {
-    double V = 0, J = 1, pressure = 0, stiffness = 0; // U', U''
+    double V = 0, J = 1, pressure = 0, stiffness = 0; ///< volume [m^3], J, U' and U'' [Pa]
+    /// Of the mean part [J].
     double energy = 0;
     MeanVolume(double volume, double now, double lambda) : V(volume), J(now / volume)
     {
@@ -338,6 +370,7 @@ struct MeanVolume {
     }
 };
 
+/// The mean part of an element at places x.
 template <ElementKind kind>
 MeanVolume mean_volume(const Numbers<kind>& e, const ElementPoints& x, double lambda)
 {
@@ -353,8 +386,10 @@ MeanVolume mean_volume(const Numbers<kind>& e, const ElementPoints& x, double la
 void add_modes(const Numbers<ElementKind::H8>& e, int group, const Mat3& F0, const Modes& a,
                Gradient<Four>& F);
 
+/// Forces of an H8; its modes are brought to equilibrium.
 ElementFault brick_forces(const HyperelasticElement& element, const Hyperelastic& m,
                           const ElementPoints& x, HyperelasticState& state, ElementVector& forces);
+/// Tangent of an H8, condensed, at the equilibrium of brick_forces().
 void brick_tangent(const HyperelasticElement& element, const Hyperelastic& m,
                    const ElementPoints& x, const HyperelasticState& state, ElementMatrix& result);
 

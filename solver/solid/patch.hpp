@@ -10,12 +10,15 @@
 
 namespace amontons {
 
+/// A node of a patch and its weights.
 struct PatchNode {
+    /// Number of the node.
     std::int32_t node = 0;
     double weight = 0;       ///< mean of its shape function over the patch [-]
     Vec3 arm = Vec3::Zero(); ///< mean of its shape function times (X - centre) [m]
 };
 
+/// Faces on which a joint acts: docs/theory/joints.md.
 struct Patch {
     std::vector<PatchNode> nodes; ///< ascending; the weights sum to 1, the arms to 0
     Vec3 centre = Vec3::Zero();   ///< mean place, at rest [m]
@@ -55,8 +58,10 @@ PatchPose pose_between(const PatchPose& start, const PatchPose& end);
 /// Shift and turn that work with force and moment at the centre, of a motion of the nodes.
 /// @param motion  gives that of a node [m] or [m/s]
 struct PatchMotion {
+    /// Translation of the patch [m] and its rotation vector [rad].
     Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
 };
+/// Motion of a patch by nodal motions.
 template <class Motion> PatchMotion patch_motion(const PatchPose& pose, Motion motion)
 {
     PatchMotion m;

@@ -11,7 +11,7 @@ namespace amontons {
 ///     u = K_pinned^-1 (f + H^T r) + R alpha,    R^T (f + H^T r) = 0,
 ///
 /// where K_pinned lacks the pins' rows and columns (u is 0 there before R alpha is added). The
-/// second line says that the pins carry nothing. Derivation: docs/theory/compliance.md.
+/// second line specifies that the pins carry nothing. Derivation: docs/theory/compliance.md.
 struct RigidModes {
     /// 3 nodes x modes [-]. Columns are orthogonal, the mean over the body's nodes of |u|^2 is 1
     /// for each; rows of prescribed degrees of freedom and of nodes of no element are 0. A mesh of
@@ -19,7 +19,7 @@ struct RigidModes {
     Eigen::MatrixXd R;
     std::vector<std::int32_t> pins; ///< degrees of freedom, as many as modes, ascending
     /// Some part has pins at contact nodes because its other nodes cannot hold it. A contact row
-    /// there has W = 0 although the body can move: look at H R as well before it is dropped.
+    /// there has W = 0 although the body can move: examine H R as well before it is dropped.
     bool pins_at_contacts = false;
 };
 

@@ -4,12 +4,12 @@
 
 #include <fmt/format.h>
 
-// Balances that do not stand: rods leave them, of others a warning tells.
+// Balances that do not stand: rods leave them, of others a warning reports.
 
 namespace amontons {
 
 /// A balance of rods that does not stand is left along its lowest mode, as over a snap; where that
-/// leads to no other it stays, and is told.
+/// leads to no other it stays, and is reported.
 /// @param may_cut  a shorter step can be tried
 /// @return  false: with so many modes it should be: the first of them is the way that loads take
 bool BodySimulation::State::leave_unstable(bool may_cut)
@@ -47,7 +47,7 @@ bool BodySimulation::State::leave_unstable(bool may_cut)
 std::vector<std::string> BodySimulation::State::unstable_bodies() const
 {
     std::vector<std::string> sentences;
-    if (dynamic() || in_medium()) return sentences;
+    if (dynamic() || has_drag()) return sentences;
     for (const BodyRef& b : system->refs)
         if (b.rod && b.rod->negative() > 0)
             sentences.push_back(fmt::format("{} has {} negative mode{}", b.name, b.rod->negative(),
@@ -57,13 +57,13 @@ std::vector<std::string> BodySimulation::State::unstable_bodies() const
     return sentences;
 }
 
-/// Says once a run which balances do not stand; how many there were is said at its end. Also what
-/// nothing holds of rods that only contacts hold.
+/// States once a run which balances do not stand; how many there were is reported at its end. Also
+/// what nothing holds of rods that only contacts hold.
 void BodySimulation::State::note_unstable()
 {
-    if (!unheld_told)
+    if (!unheld_reported)
         if (const std::string what = unheld_rods(*system, last_input, last); !what.empty()) {
-            unheld_told = true;
+            unheld_reported = true;
             summary.warnings.push_back(fmt::format(
                 "step {} (t = {:.6g} s): nothing holds {}; it stays where it is, as long as no "
                 "load moves it",

@@ -41,7 +41,7 @@ ElementKind element_kind(const std::string& name)
     return name == "T4" ? ElementKind::T4 : name == "H8" ? ElementKind::H8 : ElementKind::T10;
 }
 
-/// Says of Issues that stand in no file where the scene asked for what is wrong.
+/// States of Issues that stand in no file where the scene asked for what is wrong.
 void add_issues(const std::vector<Issue>& found, const Scene& scene, const std::string& place,
                 std::vector<Issue>& issues)
 {
@@ -291,6 +291,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 {
     std::vector<Issue> issues;
     const ContactLaw* rest_law = nullptr;
+
+    // ---- Checks: laws, names, meshes
     // The operator of a hand asks for all pairs of its handle.
     const std::vector<ContactLaw> laws =
         written_out(scene, scene.haptic.given ? nullptr : &rest_law);
@@ -327,7 +329,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 
-    // Pairs first: they say which nodes may touch.
+    // ---- Which nodes may touch, by the pairs of the laws
+    // Pairs first: they specify which nodes may touch.
     Built built{scene, *system, issues, {}};
     std::unordered_map<std::string, int> solid_number;
     for (std::size_t i = 0; i < scene.solids.size(); ++i)
@@ -369,14 +372,17 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
     }
 
+    // ---- Linear solver
     system->linear = choose_linear(scene, solids, meshes, obstacles, laws, surfaces, !refuse);
     if (refuse && !system->linear.refusal.empty()) {
-        issues.push_back({scene.file, "/solver/linear", system->linear.refusal,
-                          "a way that is possible and fits (amontons check says what each costs)"});
+        issues.push_back(
+            {scene.file, "/solver/linear", system->linear.refusal,
+             "a way that is possible and fits (amontons check states what each costs)"});
         throw InputError(std::move(issues));
     }
     const bool iterative = !meshes.empty() && system->linear.taken != "direct";
 
+    // ---- Bodies, in the order of the scene
     for (const std::string& name : scene.order) {
         if (const int i = solid_index(name); i >= 0) {
             const SolidInput& input = solids[std::size_t(i)];
@@ -450,6 +456,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     }
     if (!issues.empty()) throw InputError(std::move(issues));
 
+    // ---- Rods at rest: what holds them
     if (scene.time.kind != "dynamic") {
         // What neither holds nor contacts nor couplings hold would fly off.
         std::set<std::string> met;
@@ -473,7 +480,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             if (b.rod && met.count(b.name) && scene.couplings.empty() && system->rods_alone() &&
                 scene.accuracy.solver == "auto" && !scene.contact_solver.given() &&
                 !(scene.time.path > 0)) {
-                b.rod->lean_on_contacts();
+                b.rod->stabilise_with_contacts();
                 continue;
             }
             issues.push_back({scene.file, "/bodies/" + b.name, "nothing prevents: " + motions,
@@ -484,6 +491,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (!issues.empty()) throw InputError(std::move(issues));
     }
 
+    // ---- Surfaces, walls and pairs
     std::vector<const Wall*> walls;
     for (const Obstacle& o : obstacles)
         walls.push_back(&o.model.wall);
@@ -561,13 +569,15 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         }
         pairs.push_back(std::move(p));
     }
-    std::optional<RestLaw> rest;
+
+    // ---- Pairs of all that no law names; the finder
+    std::optional<DefaultLaw> rest;
     if (rest_law) {
-        rest = RestLaw{rest_law->friction,
-                       rest_law->restitution,
-                       rest_law->reach,
-                       start_overlap(*rest_law),
-                       {}};
+        rest = DefaultLaw{rest_law->friction,
+                          rest_law->restitution,
+                          rest_law->reach,
+                          start_overlap(*rest_law),
+                          {}};
         const auto is_free = [&](int b) {
             const RigidBody* rigid = system->refs[std::size_t(b)].rigid;
             return rigid && !rigid->driven();
@@ -579,6 +589,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (rest->others.size() == n * (n - 1) / 2) rest.reset(); // nothing is left
     }
     system->finder = ContactFinder(std::move(pairs), std::move(walls), std::move(rest));
+
+    // ---- State at the start: overlaps, rules of time
     for (const Obstacle& o : obstacles)
         system->obstacles.push_back(o.name);
     if (std::vector<Issue> inside = start_overlaps(*system, scene, obstacles); !inside.empty())

@@ -33,13 +33,13 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
     for (const Eigen::VectorXd& g : mode_load_)
         modes |= g.size() > 0;
     Delassus& W = modes ? measured_W_ : problem_.W;
-    const Eigen::VectorXd give = W * r_;
+    const Eigen::VectorXd compliance = W * r_;
     // Motions that are no more than the rounding of places: nothing there to be relative to.
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         size = std::max(size, body(b).size());
     const double nothing = kNothing * size / (step_.dynamic ? step_.h : 1);
-    if (u.cwiseAbs().maxCoeff() <= nothing && give.cwiseAbs().maxCoeff() <= nothing) {
+    if (u.cwiseAbs().maxCoeff() <= nothing && compliance.cwiseAbs().maxCoeff() <= nothing) {
         report_.error = 0;
         report_.threshold = options_.tolerance;
         report_.penetration = report_.cone = 0;
@@ -57,7 +57,7 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
         auto own = seen.segment(rows_.first[i], amontons::rows_of(problem_.kind[i]));
         if (own.cwiseAbs().maxCoeff() <= nothing) own.setZero();
     }
-    true_rows.q = seen - give;
+    true_rows.q = seen - compliance;
     std::swap(true_rows.W, W); // lent: that of a pile is large
     const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
     std::swap(true_rows.W, W);
@@ -71,6 +71,7 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 /// At the end of the step: gaps, slips and forces there against the problem's laws.
 bool BodyStepper::check_end_of_step()
 {
+    // ---- Reactions of the step on the geometry at its end
     // Forces keep their direction in space; where normals turned, they no longer fit the law.
     std::vector<BodySystem::Key> keys;
     for (const int c : rows_.chosen)
@@ -92,6 +93,8 @@ bool BodyStepper::check_end_of_step()
     Eigen::VectorXd r = Eigen::VectorXd::Zero(rows_.count);
     Eigen::VectorXd u(rows_.count);
     std::vector<ActingForce> acting;
+
+    // ---- Error of the contact laws
     std::vector<BodySystem::Key> acting_keys;
     double lost = 0, total = 0;
     for (std::size_t i = 0; i < keys.size(); ++i) {
@@ -126,6 +129,8 @@ bool BodyStepper::check_end_of_step()
     r_ = r;
     certify_rows(u);
     if (report_.worst >= 0) report_.worst = -1;
+
+    // ---- Penetration of other contacts
     // A contact that was not in the problem and penetrates now.
     double new_overlap = 0;
     deepest_.clear();
@@ -135,13 +140,15 @@ bool BodyStepper::check_end_of_step()
             deepest_ = fmt::format("penetration of {:.2g} m left of {}",
                                    new_overlap * (step_.dynamic ? step_.h : 1), who(c));
         }
+
+    // ---- Balance of the bodies
     double shift = total > 0 && !nothing_ ? lost / total : 0;
     const std::vector<Eigen::VectorXd> f = forces_on_bodies(contacts(), acting);
     double imbalance = 0;
     int furthest = -1;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];
-        // Of rods alone the balance with these forces says it all.
+        // Of rods alone the balance with these forces states it all.
         if (size > 0 && !nothing_ && !rods_only_)
             shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
         const double own_imbalance = body(b).imbalance(f[b]);
@@ -149,7 +156,7 @@ bool BodyStepper::check_end_of_step()
         imbalance = std::max(imbalance, own_imbalance);
     }
     body_force_ = f;
-    note_course(report_.error, shift, imbalance, furthest, std::move(acting_keys));
+    log_iteration(report_.error, shift, imbalance, furthest, std::move(acting_keys));
     report_.error = std::max({report_.error, shift, imbalance});
     double size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -161,7 +168,7 @@ bool BodyStepper::check_end_of_step()
 }
 
 /// Directions of a body's modes that its acting contacts feel by no more than this share.
-Eigen::MatrixXd BodyStepper::unfelt_modes(std::size_t b, double share) const
+Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) const
 {
     const Eigen::Index modes = mode_load_[b].size();
     std::vector<Eigen::Index> acting;
@@ -182,16 +189,16 @@ Eigen::MatrixXd BodyStepper::unfelt_modes(std::size_t b, double share) const
     return svd.V.rightCols(modes - first);
 }
 
-/// Modes that no contact sees: they stay where they are, and that is said.
+/// Modes that no contact sees: they stay where they are, and that is reported.
 void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unfelt = unfelt_modes(b, kUncontrolled);
-        for (Eigen::Index m = 0; m < unfelt.cols(); ++m)
+        const Eigen::MatrixXd unconstrained = unconstrained_modes(b, kUncontrolled);
+        for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
-                            system_.refs[b].name, body(b).mode_name(unfelt.col(m))));
+                            system_.refs[b].name, body(b).mode_name(unconstrained.col(m))));
     }
 }
 
@@ -214,7 +221,7 @@ bool BodyStepper::adds_rows()
     return some;
 }
 
-/// Says which bodies stand so deep in each other that the step is none; "" if none do.
+/// States which bodies stand so deep in each other that the step is none; "" if none do.
 std::string BodyStepper::deepest_overlap_message() const
 {
     const BodyOverlap* worst = nullptr;
@@ -266,7 +273,7 @@ void BodyStepper::fill_report()
                 continue;
             }
             if (SolidBody* solid = system_.refs[std::size_t(side.body)].solid)
-                solid->carry(side.place, on);
+                solid->add_reaction(side.place, on);
             on_body[std::size_t(side.body)] += on;
             moment[std::size_t(side.body)] += step_.h * place.cross(on);
             torque[std::size_t(side.body)] += side.place.point.cross(on);
@@ -309,8 +316,8 @@ void BodyStepper::fill_report()
         report_.normal_work += n.dot(force) * n.dot(d);
     }
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (RigidBody* rigid = system_.refs[b].rigid) rigid->carry(on_body[b], torque[b]);
-        if (step_.dynamic) body(b).take_moment(moment[b]);
+        if (RigidBody* rigid = system_.refs[b].rigid) rigid->add_reaction(on_body[b], torque[b]);
+        if (step_.dynamic) body(b).add_contact_moment(moment[b]);
     }
 }
 

@@ -2,7 +2,7 @@
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/run_summary.hpp"
 
-// States of a run: between its steps, to take one back, and in bytes, to go on from.
+// States of a run: between its steps, to take one back, and in bytes, to continue from.
 
 namespace amontons {
 
@@ -94,7 +94,7 @@ std::vector<std::byte> BodySimulation::State::bytes_for(const State& next) const
     for (const auto& [key, sticking] : s.system->warm_sticks)
         if (sticking) sticks.insert(sticks.end(), {key.pair, key.id});
     out.vector(sticks);
-    out.vector(s.system->finder.met());
+    out.vector(s.system->finder.known_pairs());
     s.system->finder.save_rows(out);
     s.overlaps.save(out);
     out.vector(s.limits);
@@ -144,7 +144,8 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const std::vector<LiveInputs::Saved> inputs = s.inputs.read(in);
     RunSummary sum = read_summary(in);
     in.end();
-    if (!s.system->finder.meet(met, s.system->refs)) ByteReader::refuse("pairs of other bodies");
+    if (!s.system->finder.restore_pairs(met, s.system->refs))
+        ByteReader::refuse("pairs of other bodies");
     s.system->finder.set_rows(std::move(rows));
     s.overlaps = std::move(overlaps);
     s.limits = std::move(limits);

@@ -150,7 +150,7 @@ void set_reach(ContactPair& pair, double given, double size)
 }
 
 ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls,
-                             std::optional<RestLaw> rest)
+                             std::optional<DefaultLaw> rest)
     : pairs_(std::move(pairs))
     , given_(pairs_.size())
     , rest_(std::move(rest))
@@ -167,7 +167,7 @@ bool ContactFinder::all_small() const
            std::all_of(pairs_.begin(), pairs_.end(), [](const ContactPair& p) { return p.small; });
 }
 
-void ContactFinder::look_farther(const std::vector<BodyRef>& bodies, int body, double reach)
+void ContactFinder::search_farther(const std::vector<BodyRef>& bodies, int body, double reach)
 {
     const auto round = [&](int b) {
         const RigidBody* rigid = b >= 0 ? bodies[std::size_t(b)].rigid : nullptr;
@@ -180,7 +180,7 @@ void ContactFinder::look_farther(const std::vector<BodyRef>& bodies, int body, d
     }
 }
 
-std::vector<std::int64_t> ContactFinder::met() const
+std::vector<std::int64_t> ContactFinder::known_pairs() const
 {
     std::vector<std::int64_t> bodies;
     for (std::size_t p = given_; p < pairs_.size(); ++p)
@@ -188,8 +188,8 @@ std::vector<std::int64_t> ContactFinder::met() const
     return bodies;
 }
 
-bool ContactFinder::meet(std::span<const std::int64_t> bodies_of_pairs,
-                         const std::vector<BodyRef>& bodies)
+bool ContactFinder::restore_pairs(std::span<const std::int64_t> bodies_of_pairs,
+                                  const std::vector<BodyRef>& bodies)
 {
     const auto free_rigid = [&](std::int64_t i) {
         return i >= 0 && i < std::int64_t(bodies.size()) && bodies[std::size_t(i)].rigid &&
@@ -201,11 +201,11 @@ bool ContactFinder::meet(std::span<const std::int64_t> bodies_of_pairs,
     pairs_.resize(given_);
     number_.clear();
     for (std::size_t i = 0; i < bodies_of_pairs.size(); i += 2)
-        pair_of_rest(int(bodies_of_pairs[i]), int(bodies_of_pairs[i + 1]), bodies);
+        default_pair(int(bodies_of_pairs[i]), int(bodies_of_pairs[i + 1]), bodies);
     return true;
 }
 
-int ContactFinder::pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies)
+int ContactFinder::default_pair(int a, int b, const std::vector<BodyRef>& bodies)
 {
     const auto [at, is_new] = number_.try_emplace({a, b}, int(pairs_.size()));
     if (!is_new) return at->second;
@@ -221,8 +221,9 @@ int ContactFinder::pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies
     return at->second;
 }
 
-std::vector<BoxPair> ContactFinder::rest_meeting(const std::vector<BodyRef>& bodies,
-                                                 const std::function<AxisBox(int)>& box) const
+std::vector<BoxPair>
+ContactFinder::default_pairs_in_reach(const std::vector<BodyRef>& bodies,
+                                      const std::function<AxisBox(int)>& box) const
 {
     std::vector<int> body;
     std::vector<AxisBox> boxes;
@@ -279,7 +280,7 @@ void ContactFinder::find_boxes(const std::vector<BodyRef>& bodies)
 }
 
 /// Contacts of a small pair, which stay.
-void ContactFinder::find_kept(const std::vector<BodyRef>& bodies, int pair)
+void ContactFinder::find_cached(const std::vector<BodyRef>& bodies, int pair)
 {
     const auto p = std::size_t(pair);
     if (made_[p]) return;
@@ -307,7 +308,7 @@ void ContactFinder::keep_to_contacts(const std::vector<BodyRef>& bodies)
     find_boxes(bodies);
     for (std::size_t p = 0; p < given_; ++p) {
         if (!pairs_[p].small) continue;
-        find_kept(bodies, int(p));
+        find_cached(bodies, int(p));
         const auto add = [&](int body, bool first) {
             if (body < 0 || !narrow[std::size_t(body)]) return;
             std::vector<char>& own = named_of(*bodies[std::size_t(body)].solid);
@@ -337,10 +338,10 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
     step_ = step;
     for (std::size_t p = 0; p < given_; ++p) {
         if (!pairs_[p].small) {
-            find_large(bodies, int(p), out);
+            find_updated(bodies, int(p), out);
             continue;
         }
-        find_kept(bodies, int(p));
+        find_cached(bodies, int(p));
         const BodyContacts& kept = kept_[p];
         const auto shift = std::int32_t(out.stencil.size());
         out.stencil.insert(out.stencil.end(), kept.stencil.begin(), kept.stencil.end());
@@ -354,7 +355,7 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         }
     }
     if (!rest_) return;
-    // Boxes with half of what a pair of two such bodies looks at.
+    // Boxes with half of what a pair of two such bodies examines.
     const auto near_box = [&](int b) {
         ContactPair own;
         set_reach(own, rest_->reach, bodies[std::size_t(b)].body->size());
@@ -363,8 +364,8 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         return AxisBox{box.low.array() - room, box.high.array() + room};
     };
     std::vector<int> met;
-    for (const BoxPair& p : rest_meeting(bodies, near_box))
-        met.push_back(pair_of_rest(p.a, p.b, bodies));
+    for (const BoxPair& p : default_pairs_in_reach(bodies, near_box))
+        met.push_back(default_pair(p.a, p.b, bodies));
     // Each pair is on its own; their contacts follow each other as the pairs do.
     std::vector<std::vector<BodyContact>> found(met.size());
     share_out(met.size() < kManyPairs ? 1 : threads, met.size(),
@@ -398,7 +399,7 @@ bool ContactFinder::apart(const ContactPair& p, double reach) const
 }
 
 /// Contacts of a pair that are found anew.
-void ContactFinder::find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+void ContactFinder::find_updated(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const double closed = most_closed(p.a) + most_closed(p.b);
@@ -539,7 +540,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
             p.a, p.b, false, out, kBulge);
     };
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {
-        // Flat ends meet faces that no node of theirs tells of: by integrals, as flat bodies do.
+        // Flat ends touch faces that no node of theirs reports of: by integrals, as flat bodies do.
         caps_.resize(bodies.size());
         std::unique_ptr<Facets>& caps = caps_[std::size_t(p.b)];
         if (!caps) {

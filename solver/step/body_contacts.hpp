@@ -18,7 +18,7 @@
 #include <set>
 #include <span>
 
-// Where the bodies of a scene meet: the pairs that its laws name, and their contacts at the
+// Where the bodies of a scene touch: the pairs that its laws name, and their contacts at the
 // iterate.
 
 namespace amontons {
@@ -29,8 +29,9 @@ class RigidBody;
 class RodBody;
 class SolidBody;
 
-/// Where two bodies meet or may meet within the step.
+/// Where two bodies touch or may touch within the step.
 struct BodyContact {
+    /// Number of the pair.
     int pair = 0;
     std::int64_t id = 0;           ///< of its kind within the pair, stable over steps
     int a = 0, b = -1;             ///< bodies; b -1: an obstacle
@@ -42,21 +43,26 @@ struct BodyContact {
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
     /// It slid where the step starts: friction opposes the mean velocity, not that of the end.
-    bool slid = false;
+    bool sliding_at_start = false;
+    /// Place [m].
     Vec3 point = Vec3::Zero();
     std::int32_t a_begin = 0, a_end = 0, b_begin = 0, b_end = 0; ///< in BodyContacts::stencil
 };
 
+/// Contacts of all pairs, found at an iterate.
 struct BodyContacts {
     std::vector<BodyContact> contact;
+    /// Nodes and weights of all contacts.
     std::vector<StencilEntry> stencil;
 
+    /// The place of a contact on body a.
     BodyPlace place_a(const BodyContact& c) const
     {
         return {
             std::span(stencil).subspan(std::size_t(c.a_begin), std::size_t(c.a_end - c.a_begin)),
             c.point};
     }
+    /// The place of a contact on body b.
     BodyPlace place_b(const BodyContact& c) const
     {
         return {
@@ -65,31 +71,36 @@ struct BodyContacts {
     }
 };
 
-/// A body of the scene, by what it is made of.
+/// A body of the scene, by its kind.
 struct BodyRef {
     Body* body = nullptr;
+    /// The body, if it is rigid.
     RigidBody* rigid = nullptr;
+    /// The body, if it is a solid.
     SolidBody* solid = nullptr;
     std::string name;
+    /// The body, if it is a rod.
     RodBody* rod = nullptr;
 };
 
 /// No part of a body is thinner [m]. Of a solid: at rest.
 double thickness_of(const BodyRef& body);
 
-/// A solid's outside, or a set of its faces, as pairs see it.
+/// Outside of a solid, or a set of its faces, for pairs.
 struct ContactSurface {
+    /// Outside of the solid.
     ExternalSurface outside;
     SharpFeatures sharp;         ///< at rest
     Late<FacetedSurface> facets; ///< for measuring overlaps
     bool whole = true;           ///< all of the outside
 };
 
-/// What becomes of bodies that stand in each other when the run begins.
+/// Treatment of overlaps at the start of the run.
 enum class StartOverlap { refuse, resolve, close };
 
-/// Two bodies that a law lets meet. There may be millions.
+/// Two bodies with a contact law. There may be millions.
 struct ContactPair {
+    /// Numbers of the bodies; b -1: an obstacle.
     int a = 0, b = -1;
     int obstacle = -1;                       ///< of the scene's, where b is -1
     double friction = 0, restitution = 0;    ///< of segments: the largest
@@ -97,7 +108,7 @@ struct ContactPair {
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
     bool named = true; ///< not by "*"
-    double reach = 0;  ///< gaps and overlaps that are looked at [m]
+    double reach = 0;  ///< gaps and overlaps that are examined [m]
     /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
     /// farther apart may not be those of the touch, and stay for the step.
     double margin = 0;
@@ -118,6 +129,7 @@ struct BodyOverlap {
     int a = 0, b = -1, obstacle = -1; ///< as in ContactPair
     int pair = -1;                    ///< of those given; -1: of the rest
     double depth = 0;                 ///< of the place in the other body [m], > 0
+    /// The deepest place [m].
     Vec3 point = Vec3::Zero();
     bool of_b = false;            ///< the place is on b
     SurfacePlace own;             ///< its nodes; none on a rigid body
@@ -128,22 +140,27 @@ struct BodyOverlap {
 
 /// A row at a place of a mesh, beside those of multipliers.
 struct PlaceRow {
+    /// Identity of the row.
     std::int64_t id = 0;
+    /// True if the place is on body b.
     bool of_b = false;
+    /// The place on its surface.
     SurfacePlace own;
     double tolerance = 0; ///< the overlap that it leaves [m]
 };
 
-/// What a law of "*" and "*" says of free rigid bodies. Of n of them there are n^2 pairs, and most
-/// never meet: a pair is made where its bodies come near.
-struct RestLaw {
+/// The law of "*" and "*" for free rigid bodies. Of n of them there are n^2 pairs, and
+/// most never touch: a pair is made where its bodies come near.
+struct DefaultLaw {
+    /// Coefficients of friction and restitution.
     double friction = 0, restitution = 0;
     double reach = 0; ///< of ContactPair [m]; 0: chosen
     StartOverlap start_overlap = StartOverlap::refuse;
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
 
-/// How far contacts between meshes are looked for, of the thinner body: beyond lie far sides.
+/// How far contacts between meshes are searched for, of the thinner body: beyond lie far sides.
+/// Ratio.
 constexpr double kReachOfThickness = 0.4;
 /// The number of a contact that stands for an area is that of the node which carries its
 /// multiplier, beside multiples of this.
@@ -153,7 +170,8 @@ constexpr std::int64_t kOtherNormal = std::int64_t(1) << 62;
 /// Numbers of contacts of such places begin here.
 constexpr std::int64_t kFirstPlaceRow = std::int64_t(1) << 61;
 
-/// How far a pair looks. @param given  by its law, 0: chosen [m]; size of the smaller body [m]
+/// Search distance of a pair [m]. @param given  by its law, 0: chosen [m]; size of the smaller body
+/// [m]
 void set_reach(ContactPair& pair, double given, double size);
 
 /// The same placement, as rigid shapes take it.
@@ -177,33 +195,36 @@ class ContactFinder {
 public:
     /// @param walls  of the obstacles, outlive the finder
     ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls,
-                  std::optional<RestLaw> rest = {});
+                  std::optional<DefaultLaw> rest = {});
 
     /// Those given, and after them those of the rest that have come near so far.
     const std::vector<ContactPair>& pairs() const { return pairs_; }
+    /// True if a law names all other pairs.
     bool has_rest() const { return rest_.has_value(); }
-    StartOverlap start_overlap_of_rest() const
+    /// What is done with overlaps at the start of pairs without a law.
+    StartOverlap default_start_overlap() const
     {
         return rest_ ? rest_->start_overlap : StartOverlap::refuse;
     }
     /// Bodies of the pairs of the rest, two numbers each: numbers of pairs depend on their order.
-    std::vector<std::int64_t> met() const;
+    std::vector<std::int64_t> known_pairs() const;
     /// Makes pairs of the rest anew. @returns  false, and does nothing, if there are no such pairs
-    bool meet(std::span<const std::int64_t> bodies_of_pairs, const std::vector<BodyRef>& bodies);
+    bool restore_pairs(std::span<const std::int64_t> bodies_of_pairs,
+                       const std::vector<BodyRef>& bodies);
     /// True if rows never change: then a step of linear bodies is one contact problem.
     bool all_small() const;
 
-    /// Tells condensed solids in nothing but small pairs which nodes these name: no others will
+    /// Reports condensed solids in nothing but small pairs which nodes these name: no others will
     /// ever touch. Of quasi-static scenes, before the offline stage.
     void keep_to_contacts(const std::vector<BodyRef>& bodies);
 
-    /// Pairs of this body look so far at least [m], before the first step: where distances have a
-    /// sign. Between faces of meshes the far side of a body is an overlap, and what is looked at
-    /// must stay below its thickness.
-    void look_farther(const std::vector<BodyRef>& bodies, int body, double reach);
+    /// Least search distance of the pairs of this body [m], before the first step: where distances
+    /// have a sign. Between faces of meshes the far side of a body is an overlap, and what is
+    /// examined must stay below its thickness.
+    void search_farther(const std::vector<BodyRef>& bodies, int body, double reach);
 
-    /// A new step, or try of one, of bodies that have begun it: what iterations of others have met
-    /// is forgotten.
+    /// A new step, or try of one, of bodies that have begun it: what iterations of others have
+    /// found is forgotten.
     void begin_step(const std::vector<BodyRef>& bodies);
     /// Contacts at the iterate whose gap is within reach.
     /// @param threads  share out what does not depend on each other: the same for any number
@@ -223,23 +244,26 @@ public:
     std::vector<std::string> not_measured(const std::vector<BodyRef>& bodies) const;
     /// Appends the rows of such places to contacts that a try of the same step has found.
     void find_rows(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
-    /// Gives the places of meshes that stand deep in another body rows of their own, from the next
-    /// find() on.
+    /// Creates overlap rows at places of meshes that are deep in another body, from the next find()
+    /// on.
     /// @return  true if some are new
     bool add_rows(std::span<const BodyOverlap> overlaps);
-    /// After a step in motion: rows for places that are about to stand so deep.
+    /// After a step in motion: rows for places that approach this depth.
     void add_rows_ahead(std::span<const BodyOverlap> overlaps);
     /// Before a step: one at rest begins without such rows, so that its end does not depend on
     /// those of steps before. Under friction and in motion it does anyway, and they stay.
     void begin_rows(bool dynamic);
     /// After a step: forgets others.
     void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
+    /// Saves the overlap rows for a checkpoint.
     void save_rows(ByteWriter& out) const;
     /// @throws InputError  if they are none of these bodies' meshes
     std::vector<std::vector<PlaceRow>> read_rows(ByteReader& in) const;
     const std::vector<std::vector<PlaceRow>>& rows() const { return rows_; }
+    /// Restores overlap rows.
     void set_rows(std::vector<std::vector<PlaceRow>> rows) { rows_ = std::move(rows); }
-    double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept
+    double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept [m]
+    /// Thickness of the thinner body of a pair [m].
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
     /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each
     /// other or taken as they fit: how deep. Before the first step.
@@ -254,7 +278,7 @@ public:
     void set_start_overlap_share(double share) { start_share_ = share; }
 
     /// What is prescribed in [from, to] moves pairs that are near by this times what contacts are
-    /// looked for, or less. Of quasi-static steps.
+    /// searched for, or less. Of quasi-static steps.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
     /// Bodies that have passed through each other between the start of the step and the iterate, so
@@ -270,14 +294,14 @@ private:
         std::optional<FixedShape> fixed;
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
-    int pair_of_rest(int a, int b, const std::vector<BodyRef>& bodies);
-    /// Pairs of free rigid bodies whose boxes meet, without those that have a law of their own.
-    std::vector<BoxPair> rest_meeting(const std::vector<BodyRef>& bodies,
-                                      const std::function<AxisBox(int)>& box) const;
+    int default_pair(int a, int b, const std::vector<BodyRef>& bodies);
+    /// Pairs of free rigid bodies whose boxes touch, without those that have a law of their own.
+    std::vector<BoxPair> default_pairs_in_reach(const std::vector<BodyRef>& bodies,
+                                                const std::function<AxisBox(int)>& box) const;
     double most_closed(int body) const;
     void find_boxes(const std::vector<BodyRef>& bodies);
-    void find_kept(const std::vector<BodyRef>& bodies, int pair);
-    void find_large(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    void find_cached(const std::vector<BodyRef>& bodies, int pair);
+    void find_updated(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void add_start_gaps(int pair, std::size_t first, BodyContacts& out) const;
     void find_pair(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void solid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
@@ -319,7 +343,7 @@ private:
 
     std::vector<ContactPair> pairs_;
     std::size_t given_ = 0; // of them; the others are of the rest
-    std::optional<RestLaw> rest_;
+    std::optional<DefaultLaw> rest_;
     std::map<std::pair<int, int>, int> number_; // of the rest's pairs, by their bodies
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start

@@ -14,7 +14,7 @@
 namespace amontons {
 namespace {
 
-constexpr std::size_t kLast = 10;        // iterations that are looked at
+constexpr std::size_t kLast = 10;        // iterations that are examined
 constexpr double kRoundOffMatters = 0.1; // of the tolerance: round-off matters
 constexpr double kSliver = 2;            // least angle between an element's faces [degrees]
 constexpr double kLongElement = 100;     // longest edge / shortest
@@ -38,22 +38,22 @@ std::string poor_elements(const SolidBody& solid)
 
 /// Called once an iteration, with the three parts of its error.
 /// @param acting  contacts that carry a force now
-void BodyStepper::note_course(double law, double turned, double imbalance, int body,
-                              std::vector<BodySystem::Key> acting)
+void BodyStepper::log_iteration(double law, double turned, double imbalance, int body,
+                                std::vector<BodySystem::Key> acting)
 {
     std::ranges::sort(acting);
     std::vector<BodySystem::Key> changed;
-    if (!course_.empty())
+    if (!iteration_log_.empty())
         std::ranges::set_symmetric_difference(acting, acting_, std::back_inserter(changed));
-    course_.push_back({law, turned, imbalance, body, int(changed.size())});
+    iteration_log_.push_back({law, turned, imbalance, body, int(changed.size())});
     if (!changed.empty()) changed_ = std::move(changed);
     acting_ = std::move(acting);
 }
 
 std::string BodyStepper::why_no_balance() const
 {
-    if (course_.empty() || !options_.explain) return "";
-    const Course& last = course_.back();
+    if (iteration_log_.empty() || !options_.explain) return "";
+    const IterationLog& last = iteration_log_.back();
     std::string why;
     if (last.imbalance >= std::max(last.law, last.turned) && last.body >= 0) {
         const auto b = std::size_t(last.body);
@@ -65,9 +65,9 @@ std::string BodyStepper::why_no_balance() const
         why += "; gaps, slips and forces of contacts miss their law";
     }
 
-    const std::size_t n = std::min(kLast, course_.size());
-    const auto turns = std::count_if(course_.end() - std::ptrdiff_t(n), course_.end(),
-                                     [](const Course& c) { return c.changed > 0; });
+    const std::size_t n = std::min(kLast, iteration_log_.size());
+    const auto turns = std::count_if(iteration_log_.end() - std::ptrdiff_t(n), iteration_log_.end(),
+                                     [](const IterationLog& c) { return c.changed > 0; });
     if (2 * std::size_t(turns) > n) {
         why += fmt::format("; contacts open and close by turns, in {} of the last {} iterations",
                            turns, n);
@@ -80,7 +80,7 @@ std::string BodyStepper::why_no_balance() const
     for (const BodyRef& b : system_.refs) {
         if (!b.solid || !b.solid->nonlinear()) continue;
         const bool leans = b.solid->leaning();
-        if (b.solid->leaves_balance() || (leans && upright_.empty()))
+        if (b.solid->leaves_balance() || (leans && true_tangent_.empty()))
             why += "; " + b.name +
                    " has no stable balance near: it buckles or snaps, which a "
                    "dynamic step can follow";
@@ -104,7 +104,7 @@ std::string BodyStepper::why_no_forces() const
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     const Eigen::VectorXd values = symmetric_eigenvalues(W);
     const double most = values.cwiseAbs().maxCoeff();
-    if (!(most > 0)) return "; nothing that its contacts touch gives way";
+    if (!(most > 0)) return "; nothing that its contacts touch yields";
     const auto rigid = (values.array() <= kNoStiffness * most).count();
     if (rigid > 0)
         return fmt::format("; {} of the {} motions of its contacts are left by round-off alone: "

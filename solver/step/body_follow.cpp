@@ -33,7 +33,7 @@ Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 
 } // namespace
 
-/// Steps that have joints, or rigid bodies that may meet on round surfaces: normals of flat ones
+/// Steps that have joints, or rigid bodies that may touch on round surfaces: normals of flat ones
 /// turn by no more than the bodies do, and piles of them have problems enough. Implicit Euler's do
 /// not: they damp, and keep what they have.
 StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
@@ -75,8 +75,8 @@ void BodyStepper::start_following()
     }
 }
 
-/// The iterate goes on as the forces of the step before say: directions half way are then known up
-/// to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
+/// The iterate continues as the forces of the step before state: directions half way are then known
+/// up to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
 void BodyStepper::expect_motion()
 {
     if (!follows_some()) return;
@@ -93,7 +93,7 @@ void BodyStepper::expect_motion()
     if (acting.empty()) return;
     const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
+        body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
     find();
 }
 
@@ -163,7 +163,7 @@ void BodyStepper::refine()
         Eigen::VectorXd u = values(rows_);
         for (std::size_t k = 0; k < rows_.chosen.size(); ++k)
             if (const int joint = rows_.chosen[k] - contacts_here; joint >= 0)
-                u[rows_.first[k]] += give_of(std::size_t(joint)) * r_[rows_.first[k]];
+                u[rows_.first[k]] += compliance_of_row(std::size_t(joint)) * r_[rows_.first[k]];
         const double left = u.norm();
         stands_ = left <= enough;
         if (stands_ || !(left < 0.5 * least)) return;
@@ -187,7 +187,7 @@ void BodyStepper::refine()
         }
         body_force_ = forces_on_bodies(contacts(), acting);
         for (std::size_t b = 0; b < bodies(); ++b)
-            body(b).change(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
+            body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
     }
 }
 

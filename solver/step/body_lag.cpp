@@ -5,10 +5,10 @@
 #include <algorithm>
 #include <map>
 
-// Where the geometry of contacts jumps. A quasi-static step looks for a balance with contacts as
-// they are at its end. Contacts between facets come and go there, and their normals jump: between
-// two geometries to which the iteration leads by turns there need be no balance on either. What
-// there is then, in this order:
+// Where the geometry of contacts jumps. A quasi-static step searches for a balance with contacts as
+// they are at its end. Contacts between facets appear and disappear there, and their normals jump:
+// between two geometries to which the iteration leads by turns there need be no balance on either.
+// What there is then, in this order:
 //
 //   1 a contact that carried a force when it was lost for the second time in a step is kept until
 //   the
@@ -16,14 +16,14 @@
 //   2 in a step that has been shortened in vain: the balance with contacts as the last iteration
 //   found
 //     them, moved along their normals. How far that is from the contacts at the end is measured,
-//     told, and bounded: the lag.
+//     reported, and bounded: the lag.
 
 namespace amontons {
 namespace {
 
 constexpr int kOften = 2;         // lost that often, a contact stays
 constexpr double kJump = 0.03;    // of a unit normal
-constexpr double kAside = 0.01;   // of the smaller body: one that has moved farther along is gone
+constexpr double kAside = 0.01;   // of the smaller body: one that has moved farther along is lost
 constexpr double kMostLag = 0.01; // of the forces, or of what the law is relative to
 constexpr int kMostFreezes = 3;
 
@@ -38,8 +38,8 @@ bool same_contacts(const BodyContacts& a, const BodyContacts& b)
 
 } // namespace
 
-/// Keeps contacts of the last iteration that come and go, and the other normal of those whose
-/// normal jumps to and fro, as they were found.
+/// Keeps contacts of the last iteration that appear and disappear, and the other normal of those
+/// whose normal jumps to and fro, as they were found.
 void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> moved_before)
 {
     if (stays_.empty() && same_contacts(list_, before)) return;
@@ -135,7 +135,7 @@ bool BodyStepper::lags_little()
     check_end_of_step();
     measuring_ = false;
     frozen_ = true;
-    const Course& now = course_.back();
+    const IterationLog& now = iteration_log_.back();
     lag_ = std::max({now.law, now.turned, now.imbalance});
     const double error = report_.error;
     report_ = report;

@@ -6,13 +6,13 @@
 
 #include <fmt/format.h>
 
-// The contact problem of large solids whose contacts are with what does not give way (obstacles,
+// The contact problem of large solids whose contacts are with what does not yield (obstacles,
 // driven bodies): without W, by iterations on the solid's own matrix.
 
 namespace amontons {
 
 /// Whether every row is of one body alone, and that an iterative solid.
-bool BodyStepper::goes_without_W() const
+bool BodyStepper::uses_matrix_free() const
 {
     bool any = false;
     int rows = 0;
@@ -33,6 +33,8 @@ bool BodyStepper::solve_without_W()
     const std::size_t n = rows_.chosen.size();
     problem_ = {};
     problem_.mu.resize(Eigen::Index(n));
+
+    // ---- Laws and first reactions
     problem_.kind.resize(n);
     problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
     for (std::size_t i = 0; i < n; ++i) {
@@ -44,10 +46,12 @@ bool BodyStepper::solve_without_W()
     r_ = warm_start();
     y_.assign(bodies(), {});
     std::vector<Eigen::VectorXd> motion(bodies());
-    Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count),
+    Eigen::VectorXd compliance = Eigen::VectorXd::Zero(rows_.count),
                     mean = Eigen::VectorXd::Zero(rows_.count);
     const Eigen::VectorXd start = values(rows_);
     const Stopwatch watch;
+
+    // ---- Newton's method on each solid
     for (std::size_t b = 0; b < bodies(); ++b) {
         SolidBody* solid = system_.refs[b].solid;
         if (!solid || !solid->iterative()) {
@@ -86,9 +90,9 @@ bool BodyStepper::solve_without_W()
         LargeContactOptions options;
         options.tolerance = 0.5 * options_.tolerance;
         options.stop = options_.stop;
-        system_.mean_give.resize(bodies(), 0);
+        system_.mean_compliance.resize(bodies(), 0);
         const LargeContactSolution s =
-            solve_large_contact(solid->large(), p, r, system_.mean_give[b], options);
+            solve_large_contact(solid->large(), p, r, system_.mean_compliance[b], options);
         report_.iterations += s.newton;
         if (options_.stop && *options_.stop) {
             report_.refusal = "interrupted";
@@ -103,21 +107,23 @@ bool BodyStepper::solve_without_W()
                                   system_.refs[b].name, s.error, s.newton, s.linear);
             return false;
         }
-        system_.mean_give[b] = s.mean_give;
+        system_.mean_compliance[b] = s.mean_compliance;
         y_[b].resize(Eigen::Index(dofs.size()));
         for (std::size_t i = 0; i < dofs.size(); ++i)
             y_[b][Eigen::Index(i)] = s.y[dofs[i]];
         for (Eigen::Index i = 0; i < own; ++i) {
             const int row = rows_.row[b][std::size_t(i)];
             r_[row] = s.r[i];
-            give[row] = s.give[i];
-            mean[row] = s.mean_give;
+            compliance[row] = s.compliance[i];
+            mean[row] = s.mean_compliance;
         }
     }
     report_.contact_solve += watch.seconds();
     body_force_ = forces(rows_, r_);
     Eigen::VectorXd u = start;
     add_motion(rows_, y_, u);
+
+    // ---- Certificate
     // The certificate needs W r, which is known, and the size of W.
     std::vector<Eigen::Triplet<double>> diagonal;
     for (int i = 0; i < rows_.count; ++i)
@@ -126,11 +132,11 @@ bool BodyStepper::solve_without_W()
     W.rows = rows_.count;
     W.blocks.resize(rows_.count, rows_.count);
     W.blocks.setFromTriplets(diagonal.begin(), diagonal.end());
-    W.apply = [r = r_, give, mean](const Eigen::VectorXd& other, Eigen::VectorXd& out) {
-        out = give + mean.cwiseProduct(other - r);
+    W.apply = [r = r_, compliance, mean](const Eigen::VectorXd& other, Eigen::VectorXd& out) {
+        out = compliance + mean.cwiseProduct(other - r);
     };
     if (rows_.count > 0) problem_.W = Delassus(std::move(W));
-    problem_.q = u - give;
+    problem_.q = u - compliance;
     take_answer(u);
     return finish_iteration();
 }

@@ -82,7 +82,7 @@ Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
 {
     if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
     const Eigen::MatrixXd S = system_.refs[b].solid->mode_stiffness();
-    if (!leans_only_) return S;
+    if (!stabilised_only_) return S;
     const SymmetricEigen eigen = symmetric_eigen(S);
     return eigen.vectors * eigen.values.cwiseMax(-kMostTaken / mode_scale_[b]).asDiagonal() *
            eigen.vectors.transpose();
@@ -113,7 +113,7 @@ Eigen::MatrixXd BodyStepper::mode_gain(std::size_t b) const
 ///     S + B^T W^-1 B
 /// is positive. A contact that a small motion would close counts as closed: a round side rolls on
 /// to the next of its nodes.
-/// @returns  "" if there is none, or it cannot be told
+/// @returns  "" if there is none, or it cannot be reported
 std::string BodyStepper::toppling()
 {
     constexpr Eigen::Index kMostClosed = 1500; // dense algebra on them
@@ -127,6 +127,8 @@ std::string BodyStepper::toppling()
     if (some.empty() || step_.dynamic) return "";
 
     const int n_contacts = int(list_.contact.size());
+
+    // ---- Rows of closed contacts
     Rows rows;
     for (int c = 0; c < int(value_.size()); ++c)
         if (c >= n_contacts || force_.count(key(c)) > 0 ||
@@ -143,7 +145,7 @@ std::string BodyStepper::toppling()
                   end = i + 1 < rows.chosen.size() ? rows.first[i + 1] : rows.count;
         int count = 1;
         if (c >= n_contacts) {
-            soft.emplace_back(first, give_of(std::size_t(c - n_contacts)));
+            soft.emplace_back(first, compliance_of_row(std::size_t(c - n_contacts)));
         } else if (const auto known = force_.find(key(c)); known != force_.end()) {
             const BodyContact& contact = list_.contact[std::size_t(c)];
             const Vec3 f = contact.frame.transpose() * known->second;
@@ -160,6 +162,8 @@ std::string BodyStepper::toppling()
     int negative = 0;
     Eigen::Index modes = 0;
     std::vector<Eigen::MatrixXd> W(bodies());
+
+    // ---- Stability with these rows held
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows.row[b].empty()) continue;
         SolidBody* const solid = system_.refs[b].solid;
@@ -168,7 +172,7 @@ std::string BodyStepper::toppling()
         modes += body(b).modes().cols();
         if (!stressed(b)) continue;
         Eigen::MatrixXd none;
-        negative += solid->upright_compliance(rows.columns[b].leftCols(0), none);
+        negative += solid->true_tangent_compliance(rows.columns[b].leftCols(0), none);
     }
     const Delassus sum = sum_of_bodies(rows, W, soft);
     const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
@@ -210,6 +214,8 @@ bool BodyStepper::solve_with_modes()
     options.threads = options_.threads;
     options.scope = ErrorScope::acting_rows;
     options.least_norm = spread_;
+
+    // ---- Modes, their loads and weights
     const Eigen::VectorXd q = problem_.q;
     bool modes = false, some_stressed = false;
     for (std::size_t b = 0; b < bodies(); ++b) {
@@ -222,6 +228,8 @@ bool BodyStepper::solve_with_modes()
     options.acceptable = 5 * options.tolerance;
     options.patience = kModesPatience;
     options.stop = options_.stop;
+
+    // ---- Multipliers: solve, then a <- a + s (B^T r + g)
     double best = std::numeric_limits<double>::infinity();
     const int begun = report_.iterations;
     Eigen::VectorXd load_before; // on the modes that were worst in the step before
@@ -332,7 +340,7 @@ bool BodyStepper::solve_with_modes()
                           (worst_motion - load_before).norm() <= kSameLoad * worst_motion.norm();
         drifts = same ? drifts + 1 : 0;
         load_before = worst_motion;
-        drifting_ = drifts >= kMostDrifts && may_go_freely(worst_body) ? int(worst_body) : -1;
+        drifting_ = drifts >= kMostDrifts && may_feed_freely(worst_body) ? int(worst_body) : -1;
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
@@ -366,19 +374,19 @@ bool BodyStepper::is_free_to_slide(std::size_t b) const
     return finite;
 }
 
-bool BodyStepper::may_go_freely(std::size_t b) const
+bool BodyStepper::may_feed_freely(std::size_t b) const
 {
-    return system_.refs[b].rigid && !modes_coupled_ && !goes_freely_[b] && mode_scale_[b] > 0;
+    return system_.refs[b].rigid && !modes_coupled_ && !feeds_freely_[b] && mode_scale_[b] > 0;
 }
 
-/// A rigid body that rolls before something elastic: what touches it gives way by far less than it
+/// A rigid body that rolls before something elastic: what touches it yields by far less than it
 /// has to go, and friction bounds what turns it, so that multipliers of the elastic scale lead it
-/// on by nearly nothing each. Its modes take the scale of a body that meets nothing elastic.
+/// on by nearly nothing each. Its modes take the scale of a body that touches nothing elastic.
 /// @return  whether there is such a body
-bool BodyStepper::let_go_freely()
+bool BodyStepper::feed_freely()
 {
     if (drifting_ < 0) return false;
-    goes_freely_[std::size_t(drifting_)] = 1;
+    feeds_freely_[std::size_t(drifting_)] = 1;
     mode_scale_[std::size_t(drifting_)] = 0;
     drifting_ = -1;
     return true;

@@ -153,7 +153,8 @@ void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<Bod
                 *limit += left;
     }
     if (!rest_) return;
-    for (const BoxPair& p : rest_meeting(bodies, [&](int b) { return boxes_[std::size_t(b)]; }))
+    for (const BoxPair& p :
+         default_pairs_in_reach(bodies, [&](int b) { return boxes_[std::size_t(b)]; }))
         if (const auto o = rigid_overlap(bodies, p.a, p.b)) out.push_back(*o);
 }
 
@@ -328,7 +329,7 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
 void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                                        std::span<const double> depths)
 {
-    limit_reach(bodies, dynamic);   // what is pressed out is looked for farther
+    limit_reach(bodies, dynamic);   // what is pressed out is searched for farther
     constexpr double kBeyond = 1.2; // of the depth: what is pressed out is seen all the way
     constexpr double kFit = 0.1;    // of the width that a contact stands for: gaps that fit
     start_depth_.assign(depths.begin(), depths.end());
@@ -342,9 +343,9 @@ void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool 
         const double depth = std::exchange(start_depth_[k], 0);
         BodyContacts found;
         if (p.small)
-            find_kept(bodies, int(k));
+            find_cached(bodies, int(k));
         else
-            find_large(bodies, int(k), found);
+            find_updated(bodies, int(k), found);
         for (const BodyContact& c : p.small ? kept_[k].contact : found.contact) {
             const double fits = std::max(kBeyond * depth, kFit * std::sqrt(c.area));
             if (std::abs(c.gap) <= fits) gap_offset_[k][c.id] = -c.gap;

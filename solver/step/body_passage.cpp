@@ -78,8 +78,8 @@ std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
     }
     if (!rest_) return "";
     const auto swept = [&](int b) { return swept_box(*bodies[std::size_t(b)].rigid); };
-    for (const BoxPair& p : rest_meeting(bodies, swept))
-        if (passed(bodies, pairs_[std::size_t(pair_of_rest(p.a, p.b, bodies))]))
+    for (const BoxPair& p : default_pairs_in_reach(bodies, swept))
+        if (passed(bodies, pairs_[std::size_t(default_pair(p.a, p.b, bodies))]))
             return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
                                bodies[std::size_t(p.b)].name);
     return "";

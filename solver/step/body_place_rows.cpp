@@ -78,7 +78,7 @@ WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const 
     if (!(nearest.distance < 0) || way.isZero(0)) return nearest;
     double t = 0;
     WallSample s = nearest;
-    // No step of the depth goes too far.
+    // No step of the depth is too long.
     for (int i = 0; i < kMost && t <= longest && s.distance < kOut * nearest.distance; ++i) {
         const double along = s.normal.dot(way);
         // On a flat side the first step along its normal is the whole way.

@@ -73,7 +73,7 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
 }
 
 /// Is what bodies are less than half of what W is? Where rows are few, W is read faster.
-bool BodyStepper::goes_by_bodies() const
+bool BodyStepper::uses_factored_delassus() const
 {
     if (rows_.count <= kManyRows || options_.outside) return false;
     double of_bodies = 0, of_W = 0;
@@ -92,7 +92,7 @@ bool BodyStepper::goes_by_bodies() const
 }
 
 /// How firmly a solid stands below each contact of a rod, however many press on it.
-void BodyStepper::note_firmness(std::size_t b, const Eigen::MatrixXd& W)
+void BodyStepper::note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W)
 {
     if (step_.dynamic || !system_.refs[b].solid || body(b).modes().cols() > 0) return;
     std::vector<int> local(std::size_t(rows_.count), -1);
@@ -103,7 +103,7 @@ void BodyStepper::note_firmness(std::size_t b, const Eigen::MatrixXd& W)
         if (row < 0 || c >= int(list_.contact.size())) continue;
         if (!system_.refs[std::size_t(list_.contact[std::size_t(c)].a)].rod) continue;
         const double give = W.col(row).cwiseAbs().sum();
-        if (give > 0) firm_[key(c)] = 1 / give;
+        if (give > 0) support_stiffness_[key(c)] = 1 / give;
     }
 }
 
@@ -115,6 +115,8 @@ void BodyStepper::assemble()
     choose_rows(all_, rows_);
     const int n_contacts = int(list_.contact.size());
     const std::size_t n = rows_.chosen.size();
+
+    // ---- Laws, q and W of the rows
     problem_.mu.resize(Eigen::Index(n));
     problem_.kind.resize(n);
     problem_.level = step_.dynamic ? ContactLevel::velocity : ContactLevel::position;
@@ -128,8 +130,8 @@ void BodyStepper::assemble()
                            : mu > 0 ? ContactKind::frictional
                                     : ContactKind::frictionless;
         if (joint) {
-            // A spring gives way by its force over its stiffness.
-            const double give = give_of(std::size_t(c - n_contacts));
+            // A spring yields by its force over its stiffness.
+            const double give = compliance_of_row(std::size_t(c - n_contacts));
             if (give > 0) soft.emplace_back(rows_.first[i], give);
         }
     }
@@ -140,22 +142,24 @@ void BodyStepper::assemble()
     B_.assign(bodies(), {});
     for (std::size_t b = 0; b < bodies(); ++b)
         elastic_ |= !rows_.row[b].empty() && (system_.refs[b].solid || system_.refs[b].rod);
-    upright_.clear();
+    true_tangent_.clear();
     held_.resize(0);
-    if (goes_by_bodies()) {
+    if (uses_factored_delassus()) {
         for (std::size_t b = 0; b < bodies(); ++b)
             if (!rows_.row[b].empty()) W[b] = compliance_root(body(b), rows_.columns[b]);
         problem_.W = delassus_of_bodies(rows_, std::move(W), soft);
         report_.compliance += watch.seconds();
         return;
     }
+
+    // ---- Scales of the modes
     bool modes = false;
     // Elastic give of each row: a stiff body's modes are felt through what it stands on.
     Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).compliance(rows_.columns[b], W[b]);
-        note_firmness(b, W[b]);
+        note_support_stiffness(b, W[b]);
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
             give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }
@@ -178,7 +182,7 @@ void BodyStepper::assemble()
                 if (const double w = give[rows_.row[b][i]]; w > 0)
                     hold += B_[b].row(Eigen::Index(i)).squaredNorm() / w;
             s = hold > 0 ? kStressedModeWeight * double(R.cols()) / hold : 1;
-        } else if (elastic > 0 && rigid > 0 && !goes_freely_[b]) {
+        } else if (elastic > 0 && rigid > 0 && !feeds_freely_[b]) {
             s = mode_weight() * elastic / rigid;
         } else if (!(s > 0)) {
             // Nothing elastic: any scale does. If loads moved a body by its own size, rounding of a
@@ -188,6 +192,8 @@ void BodyStepper::assemble()
             s = load > 0 ? least / load : 1;
         }
     }
+
+    // ---- Sum over bodies
     const auto sum = [&](double share) {
         for (std::size_t b = 0; b < bodies(); ++b)
             if (B_[b].size() > 0)
@@ -200,10 +206,10 @@ void BodyStepper::assemble()
         if (modes) measured_W_ = sum(1 / mode_weight());
         problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
     }
-    if (!leans_only_ && stand_upright(W, soft)) {
+    if (!stabilised_only_ && use_true_tangent(W, soft)) {
         std::vector<Eigen::VectorXd> free(bodies());
         for (std::size_t b = 0; b < bodies(); ++b)
-            free[b] = upright(b, free_[b]);
+            free[b] = unstabilised(b, free_[b]);
         problem_.q = values(rows_);
         add_motion(rows_, free, problem_.q);
     }
@@ -232,11 +238,11 @@ double BodyStepper::mode_weight() const
     return options_.tolerance < kFine ? kFineModeWeight : kModeWeight;
 }
 
-double BodyStepper::give_of(std::size_t coupling) const
+double BodyStepper::compliance_of_row(std::size_t coupling) const
 {
     const Coupling& c = system_.couplings[coupling];
     if (!step_.dynamic || !(c.softness > 0)) return c.softness;
-    return spring_row(c, step_.rule, step_.h, {}, 0).give / (step_.h * step_.rule.end);
+    return spring_row(c, step_.rule, step_.h, {}, 0).compliance / (step_.h * step_.rule.end);
 }
 
 std::string BodyStepper::who(int c) const
@@ -279,7 +285,7 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options, std::st
 
 /// Rows that prescribed places all but fill have a compliance of rounding: their answer is a motion
 /// without bounds.
-bool BodyStepper::goes_astray()
+bool BodyStepper::exceeds_motion_bound()
 {
     if (step_.dynamic || rows_.count == 0) return false;
     for (std::size_t b = 0; b < bodies(); ++b) {
@@ -307,16 +313,18 @@ bool BodyStepper::solve()
     const int n = int(value_.size());
     mode_.assign(bodies(), {});
     mode_scale_.resize(bodies(), 0);
-    goes_freely_.resize(bodies(), 0);
+    feeds_freely_.resize(bodies(), 0);
     for (std::size_t b = mode_way_.size(); b < bodies(); ++b)
         mode_way_.push_back(body(b).size());
+
+    // ---- Gaps and slips of the free motion
     for (std::size_t b = 0; b < bodies(); ++b)
         mode_[b] = Eigen::VectorXd::Zero(mode_load_[b].size());
     all_.chosen.resize(std::size_t(n));
     for (int c = 0; c < n; ++c)
         all_.chosen[std::size_t(c)] = c;
     make_rows(contacts(), all_);
-    if (goes_without_W()) return solve_without_W();
+    if (uses_matrix_free()) return solve_without_W();
     for (std::size_t b = 0; b < bodies(); ++b)
         if (SolidBody* solid = system_.refs[b].solid; solid && solid->iterative()) {
             solid->find_free_change();
@@ -330,6 +338,7 @@ bool BodyStepper::solve()
     if (step_.dynamic) size /= step_.h;
     const double slack = 1e-13 * size;
 
+    // ---- Contacts that act from the start
     std::vector<char> in(std::size_t(n), 0);
     // Where modes are free any contact may be what stops them.
     bool modes = false;
@@ -342,19 +351,21 @@ bool BodyStepper::solve()
         in[std::size_t(c)] = c >= n_contacts || force_.count(key(c)) > 0 ||
                              u[all_.first[std::size_t(c)]] <= slack || (modes && deepest == 0);
     int rescales = 0;
-    let_go_.assign(std::size_t(n_contacts), 0);
-    leans_only_ = leans_in_step_;
+    released_.assign(std::size_t(n_contacts), 0);
+    stabilised_only_ = stabilised_in_step_;
     tipping_.clear();
     std::string some_stressed;
     for (std::size_t b = 0; b < bodies() && some_stressed.empty(); ++b)
         if (stressed(b)) some_stressed = system_.refs[b].name;
+
+    // ---- Solve; contacts that penetrate are added until there are none
     for (int growth = 0; growth < kMostGrowth; ++growth) {
         rows_.chosen.clear();
         for (int c = 0; c < n; ++c)
             if (in[std::size_t(c)]) rows_.chosen.push_back(c);
         assemble();
         if (!problem_.q.allFinite()) {
-            report_.refusal = "a motion without contact that is beyond all numbers";
+            report_.refusal = "the contact-free motion is not finite";
             return false;
         }
         r_ = warm_start();
@@ -366,14 +377,14 @@ bool BodyStepper::solve()
             report_.refusal.clear();
             continue;
         }
-        if (!solved && (let_go_freely() || couple_modes())) {
+        if (!solved && (feed_freely() || couple_modes())) {
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             report_.refusal.clear();
             continue;
         }
-        if (!solved && !leans_only_ && (!upright_.empty() || !some_stressed.empty())) {
-            leans_only_ = true;
+        if (!solved && !stabilised_only_ && (!true_tangent_.empty() || !some_stressed.empty())) {
+            stabilised_only_ = true;
             tipping_ = some_stressed;
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
@@ -381,9 +392,9 @@ bool BodyStepper::solve()
             continue;
         }
         if (!solved) {
-            // Pins say nothing of where modes take a body: what was left out may hold it.
+            // Pins give no information of where modes take a body: what was left out may hold it.
             if (!modes || int(rows_.chosen.size()) == n) {
-                if (tipping_.empty()) tipping_ = some_stressed; // it leaned from the start
+                if (tipping_.empty()) tipping_ = some_stressed; // it inclined from the start
                 return false;
             }
             std::fill(in.begin(), in.end(), 1);
@@ -392,7 +403,7 @@ bool BodyStepper::solve()
             report_.refusal.clear();
             continue;
         }
-        if (lets_go()) {
+        if (release_stabilised_rows()) {
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             continue;
@@ -405,7 +416,7 @@ bool BodyStepper::solve()
             y_[b] = free_[b];
             if (!rows_.row[b].empty() && body(b).unknowns() > 0)
                 y_[b] += body(b).solve(rows_.columns[b], own(rows_, r_, b));
-            y_[b] = upright(b, y_[b]);
+            y_[b] = unstabilised(b, y_[b]);
             motion[b] = y_[b];
             if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
         }
@@ -465,7 +476,7 @@ void BodyStepper::take_answer(const Eigen::VectorXd& u)
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
         if (problem_.kind[i] == ContactKind::bilateral) { // a spring's own give
             const int c = rows_.chosen[i] - n_contacts;
-            reached[rows_.first[i]] += give_of(std::size_t(c)) * r_[rows_.first[i]];
+            reached[rows_.first[i]] += compliance_of_row(std::size_t(c)) * r_[rows_.first[i]];
         }
     certify_rows(reached);
 }
@@ -473,12 +484,13 @@ void BodyStepper::take_answer(const Eigen::VectorXd& u)
 /// The iterate moves by what was found.
 bool BodyStepper::finish_iteration()
 {
-    if (goes_astray()) return false;
+    if (exceeds_motion_bound()) return false;
     relax();
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (mode_load_[b].size() > 0) body(b).rest_along(unfelt_modes(b, kUnfelt));
-        body(b).change(y_[b], mode_[b], body_force_[b]);
-        if (body(b).share_made() < 1) {
+        if (mode_load_[b].size() > 0)
+            body(b).set_unconstrained_modes(unconstrained_modes(b, kUnfelt));
+        body(b).update(y_[b], mode_[b], body_force_[b]);
+        if (body(b).accepted_step_length() < 1) {
             motion_before_.resize(0); // what is extrapolated from has to be made in full
             changes_.resize(0, 0);
             made_.resize(0, 0);

@@ -172,7 +172,7 @@ BodyRecord record_solid(SolidBody& solid, int b, const BodySystem& system,
     return r;
 }
 
-/// NAME_SET_support_force; two of one set are told apart.
+/// NAME_SET_support_force; two of one set are distinguished.
 std::vector<std::string> names_of_supports(const SolidInput& input)
 {
     std::vector<std::string> names;
@@ -292,7 +292,7 @@ void add_probes(SolidBody& solid, int b, const std::string& name, const BodyStep
     solid.complete();
     const PressedNodes pressed = pressed_nodes(solid, b, step);
     std::vector<double> at_nodes; // pressures
-    // What a probe tells of a place or a set, in the order of kProbeFields; without stress where
+    // What a probe reports of a place or a set, in the order of kProbeFields; without stress where
     // there is none.
     const auto tell = [&](const ProbeInput& probe, auto&& add) {
         const Vec3 d = solid.probe_displacement(probe);
@@ -361,6 +361,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         for (int i = 0; i < 3; ++i)
             out.push_back({name + axes[i], unit, v[i]});
     };
+
+    // ---- Contact forces by pair and by body
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
     std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0), closed(pairs.size(), 0);
@@ -395,7 +397,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         const std::string name = (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
                                                  : system.refs[std::size_t(pairs[p].b)].name) +
                                  "_on_" + system.refs[std::size_t(pairs[p].a)].name;
-        // Of a solid and itself forces act on either side: their sum says nothing.
+        // Of a solid and itself forces act on either side: their sum gives no information.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
         if (!itself) vector(name + "_force", "N", force[p]);
         out.push_back({name + "_contacts", "", closed[p]});
@@ -407,6 +409,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     for (std::size_t b = 0; b < on_body.size() && unnamed; ++b)
         vector(system.refs[b].name + "_contact_force", "N", on_body[b]);
     std::size_t solid = 0, rod = 0;
+
+    // ---- Quantities of each body
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
             vector(b.name, "m", b.rigid->centre());
@@ -491,6 +495,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         vector(b.name + "_turn", "rad", b.solid->turn_since_start());
         add_probes(*b.solid, int(&b - system.refs.data()), b.name, step, out);
     }
+
+    // ---- Momentum and couplings
     Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
     if (dynamic) {
         for (const BodyRef& b : system.refs) {

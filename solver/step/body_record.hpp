@@ -3,7 +3,7 @@
 #include "solver/step/body_step.hpp"
 #include "solver/step/simulation.hpp"
 
-// What a step of solids and rigid bodies tells: numbers for the history, shapes and fields for
+// What a step of solids and rigid bodies reports: numbers for the history, shapes and fields for
 // files and pictures.
 
 namespace amontons {

@@ -54,6 +54,7 @@ void go_back(BodySystem& system, const Kept& k)
 BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
                           const UnstableBalance* leave)
 {
+    // ---- Rods and their drag
     std::vector<RodBody*> rods;
     double unit = 0, radius = std::numeric_limits<double>::infinity(), shortest = radius;
     double load = 0; // of a drag under which loads move a rod by its radius
@@ -69,9 +70,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             load = std::max(load, b.rod->force_scale() / (length * own));
         }
     }
-    const auto drag_by = [&](double drag, bool from_rest = false) {
+    const auto set_viscous_drag = [&](double drag, bool from_rest = false) {
         for (RodBody* rod : rods)
-            rod->drag_by(drag, from_rest);
+            rod->set_viscous_drag(drag, from_rest);
     };
     const auto way = [&] {
         double most = 0;
@@ -79,6 +80,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             most = std::max(most, rod->largest_motion());
         return most;
     };
+
+    // ---- First push, out of an unstable equilibrium
     BodyStepOptions quick = options; // Newton's method is quick against a drag, or leads nowhere
     quick.most_iterations = kMostIterations;
     const Kept start = keep(system);
@@ -87,7 +90,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         if (!system.refs[b].rod) continue;
         RodBody& rod = *system.refs[b].rod;
         rod.begin(step);
-        rod.change(leave->push[b], {}, {});
+        rod.update(leave->push[b], {}, {});
         rod.accept({});
     }
     BodyStepReport sum;
@@ -103,6 +106,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         sum.energy.work_absolute += r.energy.work_absolute;
         sum.energy.dissipated += r.energy.dissipated;
     };
+
+    // ---- Increments against the drag
     double drag = kStart * unit, last_way = 0, longest_way = 0;
     const double strongest = std::max(kStrongest * drag, kHeavy * load), weak = kWeak * drag;
     // Against less drag than an unstable mode has stiffness implicit steps lead back to its
@@ -110,11 +115,11 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     double least = leave ? kGrows / (kGrows - 1) * -leave->stiffness / shortest : 0;
     drag = std::max(drag, least);
     int next_try = kBetween, between = kBetween, refused = 0;
-    drag_by(drag, true);
+    set_viscous_drag(drag, true);
     for (int k = 0; k < kMostSteps; ++k) {
         if (k >= next_try && least == 0 && drag < weak && last_way < kRest * radius) {
             next_try = k + (between = std::min(2 * between, kMostBetween));
-            drag_by(0);
+            set_viscous_drag(0);
             const Kept before = keep(system);
             BodyStepReport still = try_body_step(system, input, options);
             const double jump = way();
@@ -141,7 +146,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
                 return still;
             }
         }
-        drag_by(drag);
+        set_viscous_drag(drag);
         const BodyStepReport r = try_body_step(system, input, quick);
         count(r);
         if (options.stop && *options.stop) {
@@ -163,7 +168,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         input.start = step.end();
         input.h = 0;
     }
-    drag_by(0);
+
+    // ---- Result
+    set_viscous_drag(0);
     go_back(system, start);
     if (sum.refusal.empty())
         sum.refusal = fmt::format("no balance found within {} steps against a drag", kMostSteps);

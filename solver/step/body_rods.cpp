@@ -28,6 +28,8 @@ bool BodyStepper::solve_rods()
     const Stopwatch watch;
     const int n = int(list_.contact.size()), joints = int(system_.couplings.size());
     rows_.chosen.resize(std::size_t(n + joints));
+
+    // ---- Contacts and couplings
     for (int c = 0; c < n + joints; ++c)
         rows_.chosen[std::size_t(c)] = c;
     make_rows(contacts(), rows_);
@@ -54,7 +56,7 @@ bool BodyStepper::solve_rods()
     for (const BodyRef& b : system_.refs)
         rods_.rods.push_back(b.rod);
     const bool medium = std::ranges::any_of(
-        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+        system_.refs, [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
     rods_.hasty = medium && problem_.mu.isZero(0); // slips may take long to find their directions
     rods_.stop = options_.stop;
     std::vector<double> joint_force(static_cast<std::size_t>(joints), 0);
@@ -63,16 +65,19 @@ bool BodyStepper::solve_rods()
             joint_force[std::size_t(c)] = known->second.x();
     rods_.joints = rod_joints(system_.refs, system_.couplings, joints_, joint_force);
     RodAnswer answer;
+
+    // ---- The sparse problem
     if (n + joints == 0)
         answer.motion = free_;
     else
         answer = solve_rod_contacts(rods_, states, options_.tolerance);
     report_.iterations += answer.factorisations;
     if (rods_.hasty && !answer.fits) {
-        report_.refusal = "no states of the contacts fit the motion";
+        report_.refusal = "no consistent open-stick-slip assignment of the contacts";
         return false;
     }
 
+    // ---- Reactions and motion
     r_ = Eigen::VectorXd::Zero(rows_.count);
     force_.clear();
     motion_.clear();
@@ -108,14 +113,14 @@ bool BodyStepper::solve_rods()
         for (std::size_t b = 0; b < bodies(); ++b)
             if (const RodBody* rod = system_.refs[b].rod) y_[b] = 0.5 * (y_[b] + rod->prescribed());
     }
-    if (goes_astray()) return false;
+    if (exceeds_motion_bound()) return false;
     left_out_ = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).change(y_[b], mode_[b], body_force_[b]);
+        body(b).update(y_[b], mode_[b], body_force_[b]);
     return true;
 }
 
-/// Newton's method of rods alone goes to and fro.
+/// Newton's method of rods alone alternates.
 bool BodyStepper::swings() const
 {
     const std::size_t n = errors_.size();
@@ -123,7 +128,7 @@ bool BodyStepper::swings() const
 }
 
 /// The natural map of each contact at this motion, of the largest force (or load, or EI / length^2)
-/// in the scene; a gap of a radius counts as much as that force. Sets what the report says.
+/// in the scene; a gap of a radius counts as much as that force. Sets what the report states.
 void BodyStepper::certify_rods(const Eigen::VectorXd& u)
 {
     double force = 0, radius = std::numeric_limits<double>::infinity();

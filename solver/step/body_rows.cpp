@@ -212,9 +212,9 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
         all[c] = (ways ? ways->end_frame : contact.frame).transpose() * velocity;
         const double now = all[c][0],
                      approach = ways ? ways->approach : contact.frame.col(0).dot(before);
-        if (contact.slid && ways)
+        if (contact.sliding_at_start && ways)
             all[c].tail<2>() = contact.frame.rightCols<2>().transpose() * moved / lever;
-        else if (contact.slid)
+        else if (contact.sliding_at_start)
             all[c].tail<2>() += contact.frame.rightCols<2>().transpose() * past / step.rule.end;
         all[c][0] = contact.gap / lever;
         // An overlap that bodies begin with is undone over some steps: at once it would throw them
@@ -224,7 +224,7 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
             ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
-            // Newton's law where the surfaces would meet within the step.
+            // Newton's law where the surfaces would touch within the step.
             // Else they are left alone: the law of gaps would take a part of the blow before it.
             const bool meet = left + 0.5 * step.h * approach <= 0;
             all[c][0] = meet ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
@@ -341,9 +341,9 @@ Delassus delassus_of_bodies(const Rows& rows, std::vector<Eigen::MatrixXd> G,
                             const std::vector<std::pair<int, double>>& soft)
 {
     DelassusOfBodies W;
-    W.give = Eigen::VectorXd::Zero(rows.count);
+    W.compliance = Eigen::VectorXd::Zero(rows.count);
     for (const auto& [row, s] : soft)
-        W.give[row] += s;
+        W.compliance[row] += s;
     for (std::size_t b = 0; b < G.size(); ++b)
         if (G[b].size() > 0) W.parts.push_back({rows.row[b], std::move(G[b])});
     return Delassus(std::move(W));

@@ -23,9 +23,12 @@ struct Rows {
 
 /// All contacts and couplings of a step, and whose they are.
 struct Contacts {
+    /// All bodies.
     const std::vector<BodyRef>& bodies;
     const std::vector<ContactPair>& pairs;
+    /// The contacts.
     const BodyContacts& all;
+    /// Rows of the couplings.
     const std::vector<CouplingRow>& joints;
     const std::vector<Coupling>& couplings;
 };
@@ -44,10 +47,13 @@ int rows_of(std::span<const ContactPair> pairs, const BodyContact& c);
 
 /// Contact c or, after the contacts, coupling c - contacts: its place on one of its bodies.
 struct Side {
+    /// Number of the body; -1: none.
     int body = -1;
     BodyPlace place;
+    /// 1 or -1: sign of the body in the relative motion.
     double sign = 1;
 };
+/// The two sides of a contact or a coupling's row.
 std::array<Side, 2> sides_of(const Contacts& k, int c);
 
 /// The rows of p.chosen, into the rest of p.
@@ -55,7 +61,9 @@ void make_rows(const Contacts& k, Rows& p);
 
 /// A contact or coupling and the force of its rows on its first side [N].
 struct ActingForce {
+    /// Number of the contact.
     int contact;
+    /// On body a, in space [N].
     Vec3 force;
 };
 /// These forces on the unknowns of each body: C r, without C.

@@ -23,10 +23,10 @@ constexpr int kMostTold = 8;       // of warnings of a kind
 
 } // namespace
 
-bool BodySimulation::State::in_medium() const
+bool BodySimulation::State::has_drag() const
 {
     return std::ranges::any_of(system->refs,
-                               [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+                               [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
 }
 
 /// The offline stage, once.
@@ -331,7 +331,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     const BeforeStep before = before_step();
     BodyStepReport kept = std::move(last);
     // Tries that end without a step leave marks in bodies and contacts: what is written then,
-    // and what --resume goes on from, is of the last step.
+    // and what --resume continues from, is of the last step.
     const auto take_back = [&] {
         last = std::move(kept);
         put_back(before);
@@ -348,7 +348,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
         }
         if (*stop) return refused("");
         if (!shorter) {
-            if (may_snap() && !in_medium() && advance(h, true) && leave_unstable(false)) break;
+            if (may_snap() && !has_drag() && advance(h, true) && leave_unstable(false)) break;
             return refused(fmt::format(
                 "step {} (t = {:.6g} s): {}{}", step + 1, time, last.refusal,
                 retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h)));
@@ -379,9 +379,9 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
             step, last.lag));
     if (std::abs(time - next_stop()) < 1e-12 * end) time = next_stop();
     // In a medium a step that is too long costs more than some that are shorter.
-    const double growth = !in_medium() ? 2 : last.errors.size() <= kQuick ? kGrowth : 1;
+    const double growth = !has_drag() ? 2 : last.errors.size() <= kQuick ? kGrowth : 1;
     if (!(refined && refinement.level == 0)) step_length = std::min(growth * h, scene.time.step);
-    if (h == reach && retries == 0 && !in_medium()) step_length = scene.time.step;
+    if (h == reach && retries == 0 && !has_drag()) step_length = scene.time.step;
     if (at_cut && retries == 0) {
         time = not_beyond;
         step_length = uncut;
@@ -443,7 +443,7 @@ RunSummary BodySimulation::conclude(const StepResult& last)
     s.finish();
     s.examine_forces();
     s.note_limits();
-    RunSummary whole = sum; // a run that goes on says it at its own end
+    RunSummary whole = sum; // a run that continues states it at its own end
     for (std::size_t b = 0; b < s.limits.size(); ++b)
         if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
             whole.warnings.push_back(std::move(told));

@@ -8,7 +8,7 @@
 
 #include <algorithm>
 
-// What a simulation of bodies tells of its steps and at its end.
+// What a simulation of bodies reports of its steps and at its end.
 
 namespace amontons {
 
@@ -101,7 +101,8 @@ void BodySimulation::State::finish()
     summary.not_measured = system->finder.not_measured(system->refs);
 }
 
-/// Of the last step: which forces could be others. Of a run that goes on it is said at its own end.
+/// Of the last step: which forces could be others. Of a run that continues it is reported at its
+/// own end.
 void BodySimulation::State::examine_forces()
 {
     // Bodies hold the matrices of the step that was tried last.
@@ -113,7 +114,7 @@ void BodySimulation::State::examine_forces()
         return;
     }
     if (scene.time.path > 0) summary.undetermined_not_examined = {"all: balances along a path"};
-    if (!last.accepted) return; // no step since the run was resumed: what was said then stands
+    if (!last.accepted) return; // no step since the run was resumed: what was reported then stands
     UndeterminedForces found =
         undetermined_forces(*system, last, last_input, scene.accuracy.contact);
     summary.undetermined = std::move(found.pairs);

@@ -50,15 +50,15 @@ struct BodySimulation::State {
     double path_length = 0; ///< of the next step along the path [m]
     int step = 0, retries = 0;
     std::vector<LinearLimit>
-        limits; ///< of each body; of linear solids, as far as they were looked at
-    /// Looks at linear solids as they are now: at frames, and at the end. O(elements), and of a
+        limits; ///< of each body; of linear solids, as far as they were examined
+    /// Examines linear solids as they are now: at frames, and at the end. O(elements), and of a
     /// condensed solid a solve.
     void note_limits();
     int lagging = 0, jumps = 0; ///< steps of this run whose contacts lag behind, whose energy jumps
     int unstable = 0;           ///< steps whose balance does not stand
     bool unstable_kept = false; ///< the last step's does not, and was not left
     std::string why_kept;
-    bool unheld_told = false; ///< what nothing holds of rods that lean on contacts
+    bool unheld_reported = false; ///< what nothing holds of rods that rest on contacts
     double contacts_sum = 0;
     EnergyRecord energy;
     StepRefinement refinement;
@@ -82,7 +82,7 @@ struct BodySimulation::State {
         return scene.time.smallest_step > 0 ? scene.time.smallest_step
                                             : kDefaultSmallest * scene.time.step;
     }
-    bool in_medium() const; ///< some rod is
+    bool has_drag() const; ///< some rod is
     bool dynamic() const { return scene.time.kind == "dynamic"; }
     double next_stop() const { return next_knot(curves, time, scene.time.end); }
     void make_ready();

@@ -38,8 +38,8 @@ void BodyStepper::linearise()
     const Stopwatch watch;
     free_.clear();
     mode_load_.clear();
-    expect_contacts(!rods_only_);
-    tell_firm_contacts();
+    set_contact_forces(!rods_only_);
+    pass_fixed_contact_forces();
     for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).linearise();
         free_.push_back(body(b).free_change());
@@ -48,9 +48,9 @@ void BodyStepper::linearise()
     report_.free_motion += watch.seconds();
 }
 
-/// Tells rods what of the contact forces is known: of the step before, or the iteration.
+/// Reports rods what of the contact forces is known: of the step before, or the iteration.
 /// @param known_too  nothing is, if false
-void BodyStepper::expect_contacts(bool known_too)
+void BodyStepper::set_contact_forces(bool known_too)
 {
     if (step_.dynamic) return;
     std::vector<std::vector<ContactLoad>> loads(bodies());
@@ -67,20 +67,22 @@ void BodyStepper::expect_contacts(bool known_too)
             load.normal = side.sign * contact.frame.col(0);
             load.gap = contact.gap;
             load.still = other.body < 0 || fixed(std::size_t(other.body));
-            if (const auto firm = firm_.find(key(c)); firm != firm_.end()) load.firm = firm->second;
+            if (const auto firm = support_stiffness_.find(key(c)); firm != support_stiffness_.end())
+                load.firm = firm->second;
             if (load.still) load.curvature = side.sign * contact.curvature;
             loads[std::size_t(side.body)].push_back(load);
         }
     }
     for (std::size_t b = 0; b < bodies(); ++b)
-        if (RodBody* rod = system_.refs[b].rod) rod->expect_contacts(loads[b]);
+        if (RodBody* rod = system_.refs[b].rod) rod->set_contact_forces(loads[b]);
 }
 
-/// Tells hyperelastic solids what is known of the contact forces on them from what stands still.
-void BodyStepper::tell_firm_contacts()
+/// Reports hyperelastic solids what is known of the contact forces on them from what stands still.
+void BodyStepper::pass_fixed_contact_forces()
 {
-    const auto leans = [](const BodyRef& b) { return b.solid && b.solid->leans(); };
-    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), leans)) return;
+    const auto is_stabilised = [](const BodyRef& b) { return b.solid && b.solid->is_stabilised(); };
+    if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), is_stabilised))
+        return;
     std::vector<ActingForce> firm;
     for (int c = 0; c < int(list_.contact.size()); ++c) {
         const BodyContact& contact = list_.contact[std::size_t(c)];
@@ -94,7 +96,7 @@ void BodyStepper::tell_firm_contacts()
     }
     const std::vector<Eigen::VectorXd> on = forces_on_bodies(contacts(), firm);
     for (std::size_t b = 0; b < bodies(); ++b)
-        if (leans(system_.refs[b])) system_.refs[b].solid->lean_on(on[b]);
+        if (is_stabilised(system_.refs[b])) system_.refs[b].solid->stabilise_with(on[b]);
 }
 
 /// By the last linearise(), of all bodies that have one.
@@ -150,7 +152,7 @@ void BodyStepper::find()
         found_ = true;
         follow_contacts();
         if (!step_.dynamic) hold_lost(list_before_, moved_);
-        if (step_.dynamic && step_.rule.end < 1) find_sliding();
+        if (step_.dynamic && step_.rule.end < 1) mark_sliding();
         if (step_.follows) start_following();
     }
     find_joints();
@@ -173,7 +175,7 @@ Vec3 BodyStepper::past_slip(const BodyContact& c) const
 
 /// Contacts that were on the cone and move: friction against the mean velocity is of second order,
 /// and takes exactly mu r_n of the slip's length.
-void BodyStepper::find_sliding()
+void BodyStepper::mark_sliding()
 {
     constexpr double kOnCone = 1 - 1e-6, kMoves = 1e-10; // of the bound; of the body's size
     for (std::size_t c = 0; c < list_.contact.size(); ++c) {
@@ -189,20 +191,20 @@ void BodyStepper::find_sliding()
     }
 }
 
-/// Some contact that slid has stopped or turned back within the step, where the mean velocity says
-/// nothing of friction: the law of the end velocity is due.
-bool BodyStepper::comes_to_rest()
+/// Some contact that slid has stopped or turned back within the step, where the mean velocity
+/// states nothing of friction: the law of the end velocity is due.
+bool BodyStepper::sliding_reversed()
 {
     bool some = false;
     for (BodyContact& c : list_.contact) {
-        if (!c.slid) continue;
+        if (!c.sliding_at_start) continue;
         BodyContact at = c;
         if (!contacts_on_.empty())
             at.point = contacts_on_[std::size_t(&c - list_.contact.data())].end_point;
         Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(at));
         if (c.b >= 0) velocity -= body(std::size_t(c.b)).velocity(list_.place_b(at));
         if (past_slip(at).dot(velocity) > 0) continue;
-        c.slid = false;
+        c.sliding_at_start = false;
         some = true;
     }
     return some;
@@ -252,7 +254,7 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
 
 /// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
 /// each: Anderson's rule extrapolates them from those before, but not where nonlinear solids make
-/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration goes
+/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration passes
 /// back on the one before and does not at least halve the error (an edge that is on a facet or off
 /// it: two states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965
 /// as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
@@ -273,11 +275,11 @@ void BodyStepper::relax()
         for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
             part(*v, [](const auto& from, auto to) { to = from; });
 
-    const bool newton = all_in_matrix() || !upright_.empty(); // nothing to extrapolate
+    const bool newton = all_in_matrix() || !true_tangent_.empty(); // nothing to extrapolate
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
-    // Directions that nothing holds (a ball rolls) do not tell: the motion may grow along them.
+    // Directions that nothing holds (a ball rolls) do not report: the motion may grow along them.
     const bool shrinks =
         (motion_before_.size() == size && motion.norm() < kFast * motion_before_.norm()) ||
         (errors_.size() > 1 && errors_.back() < kFast * errors_[errors_.size() - 2]);
@@ -301,7 +303,7 @@ void BodyStepper::relax()
     const Eigen::VectorXd left = motion - made;
     for (std::size_t b = 0, first = 0; b < bodies(); ++b) {
         const auto own = Eigen::Index(y_[b].size() + mode_[b].size());
-        if (!body(b).nonlinear()) // of others the balance tells, where they are
+        if (!body(b).nonlinear()) // of others the balance reports, where they are
             left_out_ = std::hypot(left_out_, left.segment(Eigen::Index(first), own).norm());
         first += std::size_t(own);
     }
@@ -353,17 +355,18 @@ bool BodyStepper::faulty()
     for (std::size_t b = 0; b < bodies(); ++b)
         if (std::string why = body(b).fault(); !why.empty()) {
             report_.refusal = std::move(why);
-            say_softened();
+            append_lost_ellipticity();
             return true;
         }
     return false;
 }
 
 /// A refusal names the laws that are pressed beyond where they are stable.
-void BodyStepper::say_softened()
+void BodyStepper::append_lost_ellipticity()
 {
     for (const BodyRef& b : system_.refs)
-        if (const std::string soft = b.solid ? b.solid->softened() : ""; !soft.empty())
+        if (const std::string soft = b.solid ? b.solid->unstable_material_report() : "";
+            !soft.empty())
             report_.refusal += "; " + b.name + ": " + soft;
 }
 
@@ -376,6 +379,8 @@ bool BodyStepper::run()
     system_.finder.begin_step(system_.refs);
     force_ = system_.warm;
     sticks_ = system_.warm_sticks;
+
+    // ---- Start: contacts of motion, first iterate
     if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
@@ -402,6 +407,8 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         nonlinear |= b.body->nonlinear();
     linear_ = !nonlinear && !step_.dynamic;
+
+    // ---- Iterations on the geometry at the end of the step
     // Joints turn with their bodies.
     const bool geometry =
         !step_.dynamic && (!system_.finder.all_small() || !system_.couplings.empty());
@@ -418,7 +425,7 @@ bool BodyStepper::run()
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
         if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
-            const bool rests = comes_to_rest();
+            const bool rests = sliding_reversed();
             if (!rests && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
@@ -444,9 +451,10 @@ bool BodyStepper::run()
             least = report_.error;
             halved = i;
         }
-        const int patience = leans_in_step_ ? kLeanPatience : kUprightPatience;
-        if ((leans_in_step_ || !upright_.empty()) && i - halved >= patience && turns < kMostTurns) {
-            leans_in_step_ = !leans_in_step_; // bodies that lean damp what jumps
+        const int patience = stabilised_in_step_ ? kLeanPatience : kUprightPatience;
+        if ((stabilised_in_step_ || !true_tangent_.empty()) && i - halved >= patience &&
+            turns < kMostTurns) {
+            stabilised_in_step_ = !stabilised_in_step_; // bodies that are inclined damp what jumps
             halved = i;
             ++turns;
         }
@@ -472,11 +480,13 @@ bool BodyStepper::run()
                                           report_.error, i + 1);
             if (!deepest_.empty()) report_.refusal += ", " + deepest_;
             report_.refusal += why_no_balance();
-            say_softened();
+            append_lost_ellipticity();
             if (tipping_.empty()) tipping_ = toppling();
             return false;
         }
     }
+
+    // ---- Refusal and its reason
     if (!(report_.error <= report_.threshold)) {
         report_.refusal = fmt::format("certificate {:.1e}", report_.error) + why_no_forces();
         return false;
@@ -484,11 +494,11 @@ bool BodyStepper::run()
     report_.refusal = system_.finder.passed(system_.refs);
     if (report_.refusal.empty()) report_.refusal = deepest_overlap_message();
     for (const BodyRef& b : system_.refs)
-        if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->made_energy();
+        if (b.solid && report_.refusal.empty()) report_.refusal = b.solid->spurious_energy_report();
     // Ropes have many balances, with loops and kinks: Newton's method may have jumped to one.
     for (const BodyRef& b : system_.refs)
         if (b.rod && !step_.dynamic && force_.empty() && report_.refusal.empty() &&
-            b.rod->slips_off_balance())
+            b.rod->slip_is_unbalanced())
             report_.refusal = b.name + " came to a balance that is not stable";
     if (!report_.refusal.empty()) return false;
     if (options_.stop &&
@@ -496,8 +506,10 @@ bool BodyStepper::run()
         report_.refusal = "interrupted";
         return false;
     }
+
+    // ---- Acceptance: bodies, couplings, rows
     report_modes();
-    if (rods_only_) expect_contacts(true); // their tangent tells stability
+    if (rods_only_) set_contact_forces(true); // their tangent reports stability
     const std::string toppling_body = toppling();
     fill_report();
     report_.lag = frozen_ ? lag_ : 0;
@@ -509,7 +521,7 @@ bool BodyStepper::run()
         if (system_.refs[b].name == toppling_body && remark.find(kNotStable) == remark.npos)
             report_.remarks.push_back(toppling_body + ": " + kNotStable +
                                       ": its contacts do not keep it from tipping or buckling");
-        if (RodBody* rod = system_.refs[b].rod; rod && !upright_.empty() && upright_[b])
+        if (RodBody* rod = system_.refs[b].rod; rod && !true_tangent_.empty() && true_tangent_[b])
             rod->note_negative(0);
         report_.energy.work += e.work;
         report_.energy.work_absolute += e.work_absolute;
@@ -545,7 +557,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     constexpr int kMostTries = 8; // each with rows that the one before has added
     BodyStepReport report;
     const bool medium = std::ranges::any_of(
-        system.refs, [](const BodyRef& b) { return b.rod && b.rod->in_medium(); });
+        system.refs, [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
     std::optional<BodyStepper> tried;
@@ -555,7 +567,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
             const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
             report = {};
             // Steps in motion find contacts once, and are done again from their start with rows
-            // that are new: once. What slides on is met by the next step.
+            // that are new: once. What slides on is found by the next step.
             if (i > 0) own.add_rows = BodyStepOptions::AddRows::refused;
             if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
             tried.emplace(system, step, own, report);

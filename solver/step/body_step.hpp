@@ -13,23 +13,26 @@
 #include <string>
 
 // One step of solids and rigid bodies: free motion, contacts, one contact problem for all, motion,
-// and again until what was assumed of the geometry holds at the end of the step.
+// repeated until the contact laws hold on the geometry at the end of the step.
 
 namespace amontons {
 
-/// All that a step works on, and what it keeps for the next one.
+/// Bodies, couplings and contacts of a scene, and what is stored from step to step.
 struct BodySystem {
     std::vector<std::unique_ptr<Body>> bodies;
     std::vector<BodyRef> refs; ///< the same bodies, by kind
-    /// Of solids, by the body's name and the set's: those that pairs speak of.
+    /// Surfaces of solids that pairs use, by the names of body and set.
     std::map<std::pair<std::string, std::string>, ContactSurface> surfaces;
     ContactFinder finder{{}, {}};
     std::vector<Coupling> couplings;
     std::vector<std::unique_ptr<Patch>> patches; ///< of solids, that couplings act on
     std::vector<CouplingMemory> coupling_memory; ///< of each
 
+    /// Identity of a contact over steps.
     struct Key {
+        /// Number of the pair.
         int pair = 0;
+        /// Identity within the pair.
         std::int64_t id = 0;
         auto operator<=>(const Key&) const = default;
     };
@@ -37,18 +40,20 @@ struct BodySystem {
     std::map<Key, Vec3> warm_friction; ///< their tangential parts, of steps at rest [N]
     std::map<Key, bool> warm_sticks;   ///< of rods' contacts
     LinearPlan linear;
-    std::vector<std::string> obstacles; ///< their names
-    std::vector<double> mean_give;      ///< of large solids: see LargeContactSolution
+    std::vector<std::string> obstacles;  ///< their names
+    std::vector<double> mean_compliance; ///< of large solids: see LargeContactSolution
 
+    /// True if one of the bodies is a rod.
     bool has_rods() const
     {
         return std::ranges::any_of(refs, [](const BodyRef& b) { return b.rod != nullptr; });
     }
+    /// True if a body cannot move.
     bool fixed(std::size_t b) const
     {
         return bodies[b]->unknowns() == 0 && bodies[b]->modes().cols() == 0;
     }
-    /// Nothing but rods can move.
+    /// True if only rods can move.
     bool rods_alone() const
     {
         for (std::size_t b = 0; b < refs.size(); ++b)
@@ -57,11 +62,13 @@ struct BodySystem {
     }
 };
 
+/// Options of one step.
 struct BodyStepOptions {
+    /// Of the contact law and of balances (relative).
     double tolerance = 1e-8;
     ContactSolver solver = ContactSolver::automatic;
-    /// Solves contact problems in our place, given a warm start; none if empty. Where it has no
-    /// answer it says why, as the end of a sentence that begins with its name.
+    /// External solver of contact problems, given a warm start; empty: none. Without a solution it
+    /// returns the reason, as the end of a sentence that begins with its name.
     std::function<ContactSolution(const ContactProblem&, const SolverOptions&,
                                   const Eigen::VectorXd&, std::string& why)>
         outside;
@@ -70,18 +77,20 @@ struct BodyStepOptions {
     int patience = 30;        ///< iterations that do not halve the least error so far
     /// Of the least error so far: an iteration that leaves more ends the step.
     double most_rise = std::numeric_limits<double>::infinity();
-    /// Rows at places that stand deep in another body: where the meshes leave less, only where the
-    /// step would else be refused, or nowhere.
+    /// Overlap rows: where the meshes leave less, only where the step would else be refused, or
+    /// nowhere.
     enum class AddRows { deep, refused, none } add_rows = AddRows::deep;
-    /// Where contacts jump, a balance with those of the last iteration will do: see body_lag.cpp.
+    /// Where contacts jump, an equilibrium with those of the last iteration is accepted: see
+    /// body_lag.cpp.
     bool may_lag = false;
     bool explain = true; ///< why a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
 };
 
-/// What a step found.
+/// Result of a step.
 struct BodyStepReport {
+    /// True if the step is solved.
     bool accepted = false;
     std::string refusal; ///< why not
     int iterations = 0, factorisations = 0;
@@ -92,16 +101,17 @@ struct BodyStepReport {
     std::vector<Vec3> coupling_place;  ///< where these act [m]
     BodyOverlap overlap;               ///< the deepest of the accepted step; depth 0: none
     std::vector<BodyOverlap> overlaps; ///< all of them
+    /// Error and threshold (relative), worst penetration [m], worst violation of a cone [N].
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
     /// How far contacts are from those at the end of the step, relative: 0 but where those jump.
     double lag = 0;
     std::vector<double> errors;       ///< of each iteration, where one is not enough
-    std::vector<std::string> remarks; ///< e.g. modes that nothing controls
-    double friction = 0;              ///< work that friction took [J]
-    double normal_work = 0;           ///< of normal forces and couplings: what restitution took [J]
-    BodyEnergy energy;                ///< sums over the bodies
-    ContactProblem recorded;          ///< the last problem that was solved, and its answer
+    std::vector<std::string> remarks; ///< e.g. unconstrained modes
+    double friction = 0;              ///< dissipated by friction [J]
+    double normal_work = 0;  ///< work of normal forces and couplings: dissipated by impacts [J]
+    BodyEnergy energy;       ///< sums over the bodies
+    ContactProblem recorded; ///< the last problem that was solved, and its answer
     Eigen::VectorXd recorded_reaction;
     std::vector<std::int32_t> recorded_identity;
     double free_motion = 0, detection = 0, compliance = 0, contact_solve = 0,
@@ -122,10 +132,10 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
 
 struct UnstableBalance;
 
-/// For rods, whatever else there is, where no step leads on since balances end there: gradient flow
-/// against a drag to the balance that they snap to, in many small steps of try_body_step. What the
-/// drag takes is counted as dissipated. Where it is not accepted, no state has changed.
-/// @param leave  a balance to begin from: along its lowest mode
+/// Snap of rods, where equilibria end and no step converges: gradient flow against a drag to the
+/// next equilibrium, in many small steps of try_body_step. The work of the drag is counted as
+/// dissipated. Where it is not accepted, no state has changed.
+/// @param leave  an unstable equilibrium to begin from: along its lowest mode
 BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
                           const UnstableBalance* leave = nullptr);
 

@@ -27,12 +27,15 @@ public:
         rods_.guarded = guarded;
     }
 
+    /// Makes the step. @returns  true if it is accepted
     bool run();
+    /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// The step is to be tried again, with rows that this try has added.
     bool again() const { return again_; }
     /// Contacts where a dynamic step starts, without rows of places: the same for all tries of it.
     const BodyContacts& at_start() const { return at_start_; }
+    /// Takes the contacts found at the start of the step.
     void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
     /// A rod that its contacts do not keep stable in the last iteration, if there is one.
     const std::string& unheld() const { return unheld_; }
@@ -49,8 +52,8 @@ private:
     }
     BodySystem::Key key(int c) const;
     void linearise();
-    void expect_contacts(bool known_too);
-    void tell_firm_contacts();
+    void set_contact_forces(bool known_too);
+    void pass_fixed_contact_forces();
     bool fixed(std::size_t b) const;
     bool matrices_kept() const;
     bool all_in_matrix() const;
@@ -77,15 +80,15 @@ private:
     Vec3 common_place(int c) const;
     bool solve();
     void assemble();
-    void note_firmness(std::size_t b, const Eigen::MatrixXd& W);
-    bool goes_by_bodies() const;
+    void note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W);
+    bool uses_factored_delassus() const;
     bool solve_with_modes();
     Eigen::VectorXd closed_rows(bool sticking) const;
-    bool lets_go();
-    bool stand_upright(std::vector<Eigen::MatrixXd>& W,
-                       const std::vector<std::pair<int, double>>& soft);
-    Eigen::VectorXd upright(std::size_t b, const Eigen::VectorXd& y) const;
-    bool goes_without_W() const;
+    bool release_stabilised_rows();
+    bool use_true_tangent(std::vector<Eigen::MatrixXd>& W,
+                          const std::vector<std::pair<int, double>>& soft);
+    Eigen::VectorXd unstabilised(std::size_t b, const Eigen::VectorXd& y) const;
+    bool uses_matrix_free() const;
     bool solve_without_W();
     void take_answer(const Eigen::VectorXd& u);
     bool finish_iteration();
@@ -97,7 +100,7 @@ private:
     Eigen::VectorXd own(const Rows& rows, const Eigen::VectorXd& r, std::size_t b) const;
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
     bool rescale_modes();
-    bool goes_astray();
+    bool exceeds_motion_bound();
     bool rods_alone() const;
     bool swings() const;
     bool solve_rods();
@@ -105,23 +108,23 @@ private:
     void relax();
     Eigen::VectorXd extrapolated(const Eigen::VectorXd& motion, const Eigen::VectorXd& change);
     Vec3 past_slip(const BodyContact& c) const;
-    void find_sliding();
-    bool comes_to_rest();
+    void mark_sliding();
+    bool sliding_reversed();
     bool check_end_of_step();
     bool adds_rows();
     std::string deepest_overlap_message() const;
     bool faulty();
-    void say_softened();
-    void note_course(double law, double turned, double imbalance, int body,
-                     std::vector<BodySystem::Key> acting);
+    void append_lost_ellipticity();
+    void log_iteration(double law, double turned, double imbalance, int body,
+                       std::vector<BodySystem::Key> acting);
     std::string why_no_balance() const;
     std::string why_no_forces() const;
     void certify_rows(const Eigen::VectorXd& u);
-    Eigen::MatrixXd unfelt_modes(std::size_t b, double share) const;
+    Eigen::MatrixXd unconstrained_modes(std::size_t b, double share) const;
     void report_modes();
     void fill_report();
     std::string who(int contact) const;
-    double give_of(std::size_t coupling) const; ///< of a spring's row, 0 of a joint's
+    double compliance_of_row(std::size_t coupling) const; ///< of a spring's row, 0 of a joint's
     double mode_weight() const;
     bool stressed(std::size_t b) const; ///< a body of the kind that solid_free.cpp is about
     Eigen::MatrixXd mode_stiffness(std::size_t b) const;
@@ -130,9 +133,9 @@ private:
     std::string toppling();
     bool is_free_to_slide(std::size_t b) const;
     bool couple_modes();
-    bool may_go_freely(std::size_t body) const;
-    bool let_go_freely();
-    void add_coupled_modes(const Eigen::VectorXd& give, const std::vector<Eigen::MatrixXd>& W,
+    bool may_feed_freely(std::size_t body) const;
+    bool feed_freely();
+    void add_coupled_modes(const Eigen::VectorXd& compliance, const std::vector<Eigen::MatrixXd>& W,
                            const std::vector<std::pair<int, double>>& soft);
     std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
 
@@ -144,7 +147,7 @@ private:
     void find_at_start();
 
     BodyContacts list_, list_before_, at_start_;
-    /// A contact that came and went, as it was found.
+    /// A contact that appeared and disappeared, as it was found.
     struct HeldContact {
         BodyContact contact;
         std::vector<StencilEntry> a, b;
@@ -177,7 +180,7 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
-    std::vector<char> goes_freely_;  ///< rigid bodies whose scale is none of what they touch
+    std::vector<char> feeds_freely_; ///< rigid bodies whose scale is none of what they touch
     int drifting_ = -1;              ///< the body that has to become one, or -1
     bool unsolved_ = false;          ///< the last contact problem was
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
@@ -186,40 +189,41 @@ private:
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
     ContactProblem problem_;
-    bool leans_only_ = false;    ///< that problem had no solution in this iteration
-    bool leans_in_step_ = false; ///< that problem's iterations came to nothing
+    bool stabilised_only_ = false;    ///< that problem had no solution in this iteration
+    bool stabilised_in_step_ = false; ///< that problem's iterations came to nothing
     std::string unheld_;
-    std::string tipping_;       ///< a body whose stress takes more of its hold than contacts have
-    std::vector<char> upright_; ///< bodies whose true matrix is in W beside the one that leans
-    Eigen::VectorXd held_;      ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
-    Eigen::VectorXd held_r_;    ///< r' there
-    std::vector<char> let_go_;  ///< of each contact: 1 its tangents, 2 all of it
-    Eigen::MatrixXd taken_;     ///< q of the problem with it: (1 - taken) q
+    std::string tipping_; ///< a body whose stress takes more of its hold than contacts have
+    std::vector<char>
+        true_tangent_;       ///< bodies whose true matrix is in W beside the one that is inclined
+    Eigen::VectorXd held_;   ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_r_; ///< r' there
+    std::vector<char> released_; ///< of each contact: 1 its tangents, 2 all of it
+    Eigen::MatrixXd taken_;      ///< q of the problem with it: (1 - taken) q
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
     std::map<BodySystem::Key, Vec3> force_;    ///< in space; of a coupling in x
     std::map<BodySystem::Key, Vec3> friction_; ///< of the accepted step at rest, in space
     std::map<BodySystem::Key, Vec3> motion_;   ///< u of the solved rows, in their frames
-    std::map<BodySystem::Key, double> firm_;   ///< of solids that rods touch [N/m]
-    std::map<BodySystem::Key, bool> sticks_;   ///< of rods
+    std::map<BodySystem::Key, double> support_stiffness_; ///< of solids that rods touch [N/m]
+    std::map<BodySystem::Key, bool> sticks_;              ///< of rods
     std::map<BodySystem::Key, BodySystem::Key> followed_; ///< of the last find(): old and new
     RodProblem rods_;
     Certificate certificate_;
     std::string deepest_;        ///< penetration that no contact of the problem prevented
     std::vector<double> errors_; ///< of the outer iterations
     /// The parts of one, and how many contacts came to act or ceased to.
-    struct Course {
+    struct IterationLog {
         double law, turned, imbalance;
         int body; ///< that is furthest from its balance, -1: none
         int changed;
     };
-    std::vector<Course> course_;
+    std::vector<IterationLog> iteration_log_;
     std::vector<BodySystem::Key> acting_, changed_; ///< of the last iteration; when last some did
-    bool swung_ = false; ///< rods alone: they went to and fro in this step
+    bool swung_ = false;                            ///< rods alone: they alternated in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made
-    double left_out_ = 0;   ///< the rest, of bodies whose balance no one looks at again [m or m/s]
+    double left_out_ = 0;   ///< the rest, of bodies whose balance no one examines again [m or m/s]
     Eigen::VectorXd made_before_;
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;

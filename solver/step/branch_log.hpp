@@ -7,7 +7,7 @@
 namespace amontons {
 
 /// In which branch of its walls the tip of a wire is, and was when it was deepest. Plain numbers:
-/// they go into checkpoints as they are.
+/// they enter checkpoints as they are.
 struct BranchLog {
     int deepest = -1, deepest_wall = -1; ///< branch and obstacle; -1: none
     int place = -1, place_wall = -1;     ///< now
@@ -15,7 +15,8 @@ struct BranchLog {
 
     /// Of a ball or a box a wire is beyond it once its tip has been in it, until the tip comes back
     /// or into another branch.
-    /// @param walls    obstacles that the wire can touch; larger numbers are walls that give way
+    /// @param walls    obstacles that the wire can touch; larger numbers are walls that are
+    /// compliant
     /// @param depth    of the tip [m]
     /// @param is_most  it has never been deeper
     void note(const std::vector<Obstacle>& obstacles, std::span<const int> walls, const Vec3& tip,

@@ -135,9 +135,10 @@ void scatter(const NestedTangent& K, const CoaxialContact& k, BlockSkyline& base
 
 /// Everything of one iterate.
 Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
-                          const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                          const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                           const NewtonOptions& options, NewtonReport& report)
 {
+    // ---- Wires on their own, bores
     for (std::size_t w = 0; w < c.wires.size(); ++w) {
         WireBody& b = *c.wires[w];
         if (b.wire.outside())
@@ -170,6 +171,8 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
             }
         }
     }
+
+    // ---- Contacts and residual
     list_contacts(c);
 
     double floor = 0;
@@ -193,6 +196,7 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
     res.scale = reactions;
     res.floor = floor / res.scale;
 
+    // ---- One matrix and one gradient
     // One matrix and one gradient of all.
     c.base.set_zero();
     for (std::size_t w = 0; w < c.wires.size(); ++w) {
@@ -258,7 +262,7 @@ double largest_motion(const Wire& wire, const std::vector<Node6>& increment)
 
 /// Newton's method on all that are out.
 NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
-                            const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                            const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                             const NewtonOptions& options)
 {
     NewtonReport report;
@@ -310,7 +314,7 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
         }
         for (WireBody* b : c.wires)
             if (b->wire.outside()) {
-                foresee_strains(b->wire, b->work->increment, factor, b->work->foreseen);
+                predict_strains(b->wire, b->work->increment, factor, b->work->foreseen);
                 move_wire(b->wire, b->work->increment, factor);
             }
         report.seconds_rest += moving.seconds();
@@ -358,7 +362,7 @@ void shift_coaxial_reactions(Coaxial& c, const std::vector<double>& shift)
 }
 
 NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
-                           const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                           const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                            const NewtonOptions& options)
 {
     const auto out = [](const WireBody* b) { return b->wire.outside(); };
@@ -372,7 +376,7 @@ NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
         WireBody& b = *c.wires[w];
         const NewtonReport report =
             solve_equilibrium(b.wire, b.walls, start[w], anchors[w], options, *b.work);
-        // Its factor is where the weakest mode is looked for.
+        // Its factor is where the weakest mode is searched for.
         c.base = c.system = BlockSkyline{};
         return report;
     }

@@ -16,6 +16,7 @@ namespace amontons {
 
 /// A contact of the common problem, on a wall or in a bore.
 struct CoaxialContact {
+    /// The contact.
     const Candidate* contact = nullptr;
     const NestedContact* nested = nullptr; ///< of a bore
     int nesting = -1;
@@ -37,49 +38,55 @@ struct NestedBefore {
 
 /// Where instruments were when a step began.
 struct CoaxialStart {
+    /// States of pairs of instruments.
     std::vector<NestingStart> nestings;
+    /// Contacts at the start, of each pair.
     std::vector<std::vector<NestedBefore>> touched;
 };
 
 /// Instruments that are solved together.
 struct Coaxial {
+    /// The instruments.
     std::vector<WireBody*> wires;
     std::vector<Nesting> nestings;
     std::vector<std::array<int, 2>> pairs;            ///< inner, outer of each nesting
     std::vector<std::vector<NestedContact>> contacts; ///< of the last iterate, per nesting
 
-    // Work arrays. A slot is a node's place in the common order; -1: not out.
+    /// Work arrays. A slot is a node's place in the common order; -1: not out.
     std::vector<std::vector<int>> slot;
     std::vector<int> top; ///< pattern of the matrix
     BlockSkyline base, system;
     std::vector<Node6> gradient, right, increment;
     std::vector<CoaxialContact> all;
     std::vector<NewtonWorkspace::Trial> trial;
+    /// Shift of the last factor [N/m].
     double shift = 0;
 };
 
+/// Stores what slip counts from.
 CoaxialStart mark_coaxial_start(const Coaxial& c);
 
-/// Reactions in the bores go along with the outer instruments; those of points that are now in a
+/// Reactions in the bores run along with the outer instruments; those of points that are now in a
 /// bore are forgotten.
 /// @param shift  of the wires' bases [m]
 void shift_coaxial_reactions(Coaxial& c, const std::vector<double>& shift);
 
 /// As solve_equilibrium, of all.
 NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
-                           const CoaxialStart& nested, const std::vector<Anchor>& anchors,
+                           const CoaxialStart& nested, const std::vector<ViscousPull>& anchors,
                            const NewtonOptions& options);
 
 /// Solves with the last factor.
 /// @param x  in and out, per wire and node
 void solve_last_system(const Coaxial& c, std::vector<std::vector<Node6>>& x);
 
-/// As friction_work, in the bores.
+/// As friction_work, in the bores [J].
 double coaxial_friction_work(const Coaxial& c, const CoaxialStart& start);
 
 /// As solve_linearised and close_active_rows (coaxial_pivot.cpp).
 void solve_linearised(Coaxial& c, const Residual& residual, const NewtonOptions& options,
                       double& shift, NewtonReport& report);
+/// Closes the active rows by a dense system of their own.
 void close_active_rows(Coaxial& c);
 
 } // namespace amontons

@@ -58,8 +58,8 @@ struct CoaxialSystem : FourNodeRows<CoaxialContact> {
     std::vector<Node6>& increment() { return c.increment; }
     std::vector<Trial>& trial() { return c.trial; }
     BlockSkyline& matrix() { return c.system; }
-    double& kept_shift() { return c.shift; }
-    double softest() const
+    double& last_shift() { return c.shift; }
+    double min_stiffness() const
     {
         double least = std::numeric_limits<double>::infinity();
         for (const WireBody* b : c.wires)

@@ -8,6 +8,7 @@
 
 namespace amontons {
 
+/// Vectors of zeros, one for each node.
 inline std::vector<Node6> zero_nodes(std::size_t n)
 {
     std::vector<Node6> x(n);
@@ -24,7 +25,7 @@ inline void add_row(std::vector<Node6>& x, const Candidate& c, const ContactRow&
     x[e + 1].column += row.b.column;
 }
 
-/// h x
+/// h x [m].
 inline double along(const std::vector<Node6>& x, const Candidate& c, const ContactRow& row)
 {
     const auto e = static_cast<std::size_t>(c.place.element);

@@ -3,8 +3,8 @@
 #include "contact/surface/overlap.hpp"
 #include "mesh/base/dense.hpp"
 #include "solver/body/rigid_body.hpp"
-#include "solver/step/body_step.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/step/body_step.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -59,6 +59,8 @@ std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepR
         if (is_new) at->second = solid->unstrained();
         return strained(*solid, at->second, nodes);
     };
+
+    // ---- Contacts by pair
     struct Found {
         ContactSize size;
         std::size_t deepest = 0;
@@ -93,6 +95,8 @@ std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepR
         f.size.point = k.point;
         f.deepest = c;
     }
+
+    // ---- Sizes
     std::vector<ContactSize> sizes;
     for (auto& [pair, f] : found) {
         if (!(f.size.indentation > 0)) continue;
@@ -113,24 +117,23 @@ std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepR
             const RigidBody& rigid = *system.refs[std::size_t(p.b)].rigid;
             if (const auto* ball = std::get_if<Ball>(&rigid.shape())) curvature += 1 / ball->radius;
             if (const auto* round = std::get_if<Cylinder>(&rigid.shape()))
-                curvature += symmetric_eigenvalues(
-                                 distance_from(rigid, rigid.placement())(k.point).hessian)
-                                     .maxCoeff() > 0
-                                 ? 1 / round->radius
-                                 : 0;
+                curvature +=
+                    symmetric_eigenvalues(distance_from(rigid, rigid.placement())(k.point).hessian)
+                                .maxCoeff() > 0
+                        ? 1 / round->radius
+                        : 0;
             if (std::holds_alternative<Ellipsoid>(rigid.shape()) ||
                 std::holds_alternative<Capsule>(rigid.shape()))
                 curvature += std::max(
-                    0.0, symmetric_eigenvalues(
-                             distance_from(rigid, rigid.placement())(k.point).hessian)
-                             .maxCoeff());
+                    0.0,
+                    symmetric_eigenvalues(distance_from(rigid, rigid.placement())(k.point).hessian)
+                        .maxCoeff());
         }
         f.size.width = curvature > 0 ? 2 * std::sqrt(f.size.indentation / curvature)
                                      : std::numeric_limits<double>::infinity();
         if (p.b >= 0) // no contact is wider than the smaller body
             for (const int b : {p.a, p.b})
-                f.size.width =
-                    std::min(f.size.width, 2 * system.refs[std::size_t(b)].body->size());
+                f.size.width = std::min(f.size.width, 2 * system.refs[std::size_t(b)].body->size());
         sizes.push_back(f.size);
     }
     return sizes;

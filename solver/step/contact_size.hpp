@@ -12,16 +12,18 @@ struct BodySystem;
 
 /// How large the contact of a pair is against the faces that carry it.
 struct ContactSize {
+    /// Number of the pair.
     int pair = 0;
     double force = 0;       ///< sum of its normal forces [N]
     double indentation = 0; ///< by which the two would overlap without strain, at the most [m]
-    double width = 0;       ///< 2 sqrt(indentation / curvature), by Hertz; infinite between flats [m]
-    double face = 0;        ///< the larger of the faces there [m]
+    double width = 0; ///< 2 sqrt(indentation / curvature), by Hertz; infinite between flats [m]
+    double face = 0;  ///< the larger of the faces there [m]
+    /// Where the face is too large [m].
     Vec3 point = Vec3::Zero();
 };
 
 /// Of the pairs of solids with anything but rods whose contacts act in an accepted step.
-/// @param known  by pair: only contacts with a larger force are looked at
+/// @param known  by pair: only contacts with a larger force are examined
 /// Cost: one sum over the stencils of the contacts.
 /// Source: Hertz 1881 (half-width sqrt(R d) of a ball that approaches by d).
 std::vector<ContactSize> contact_sizes(const BodySystem& system, const BodyStepReport& step,

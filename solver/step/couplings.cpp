@@ -266,13 +266,15 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
     std::vector<Coupling> rows;
     std::vector<Issue> issues;
     Patches find_patch{scene, bodies, patches, issues};
+
+    // ---- Both sides of every coupling
     struct Sides {
         std::array<int, 2> body{-1, -1};
         std::array<const Patch*, 2> patch{nullptr, nullptr};
         std::array<int, 2> node{-1, -1};
     };
     std::vector<Sides> all(scene.couplings.size());
-    for (std::size_t k = 0; k < all.size(); ++k) { // all before a row: they say where pins are
+    for (std::size_t k = 0; k < all.size(); ++k) { // all before a row: they specify where pins are
         const CouplingInput& c = scene.couplings[k];
         for (std::size_t s = 0; s < 2; ++s) {
             for (std::size_t b = 0; b < bodies.size(); ++b)
@@ -287,6 +289,8 @@ std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyR
         }
     }
     if (!issues.empty()) throw InputError(std::move(issues));
+
+    // ---- Rows of each coupling by its kind
     for (std::size_t k = 0; k < scene.couplings.size(); ++k) {
         const CouplingInput& c = scene.couplings[k];
         const bool slides = c.kind == "slider";

@@ -16,6 +16,7 @@ struct CoupledPlace {
     const Patch* patch = nullptr; ///< solid
     int node = -1;                ///< rod
     StencilEntry on_rod;          ///< the same as a place of the rod
+    /// Nodes and weights of the place.
     std::span<const StencilEntry> stencil() const
     {
         return node < 0 ? std::span<const StencilEntry>() : std::span(&on_rod, 1);
@@ -25,6 +26,7 @@ struct CoupledPlace {
 /// One row between two anchors: along an axis that turns with body a, along the line between them
 /// (a spring, a distance), or of the turn of b against a about the axis (a turn spring).
 struct Coupling {
+    /// The two ends.
     CoupledPlace a, b;
     Vec3 axis = Vec3::UnitX(); ///< in body a's frame
     bool along_line = false;
@@ -51,7 +53,9 @@ struct CouplingMemory {
 /// The row's direction at the iterate, unit (of square rows: of the length of the arm), and its
 /// value: direction . (a - b) - rest [m].
 struct CouplingRow {
+    /// Unit direction of the row.
     Vec3 direction;
+    /// Value of the row at the iterate [m or rad].
     double value = 0;
     double length = 0; ///< along the line: of it [m]
     bool turns = false;
@@ -66,6 +70,7 @@ struct CouplingRow {
         return {c.a.stencil(), point_a,      turns, c.a.patch ? &poses.front() : nullptr,
                 arm_a,         c.a.node >= 0};
     }
+    /// The end on body b, as a place.
     BodyPlace place_b(const Coupling& c) const
     {
         return {c.b.stencil(), point_b,      turns, c.b.patch ? &poses.back() : nullptr,
@@ -100,9 +105,10 @@ CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, Coup
 /// `value` + `give` h F = 0, value = e' + what is known. Without damping in implicit Euler: e'
 /// alone.
 struct SpringRow {
-    double value = 0; ///< [m]
-    double give = 0;  ///< of impulses [m/(N s)]
+    double value = 0;      ///< [m]
+    double compliance = 0; ///< of impulses [m/(N s)]
 };
+/// The row of a spring: docs/theory/motion.md.
 SpringRow spring_row(const Coupling& spring, const TimeRule& rule, double h,
                      const CouplingMemory& before, double value);
 

@@ -8,7 +8,7 @@
 // What every step's energy is judged by. Of a run at rest all that is missing or too much is an
 // error: forces are balanced, and their work is known to the second order of the step (trapezoid
 // rule). Of a run in motion only energy that is made is: what a rule of time or a blow takes is
-// told as released.
+// reported as released.
 
 namespace amontons {
 
@@ -45,7 +45,7 @@ struct StepRefinement {
     double error_before = 0; ///< of the run when it began [J]
 };
 
-/// What is looked at after a step at rest.
+/// What is examined after a step at rest.
 struct StepEnergy {
     double error_before = 0; ///< of the run before the step [J]
     const EnergyRecord& energy;
@@ -53,10 +53,12 @@ struct StepEnergy {
     double time = 0, h = 0; ///< [s]
 };
 
+/// What the energy balance of a step means for it.
 enum class EnergyVerdict { stands, again, refused };
+/// Verdict on a step, and its message.
 struct StepJudgement {
     EnergyVerdict verdict = EnergyVerdict::stands;
-    std::string message; ///< a sentence if there is something to say
+    std::string message; ///< a sentence if there is something to report
     bool jump = false;   ///< shorter steps miss as much
 };
 

@@ -8,14 +8,18 @@ namespace amontons {
 
 /// A contact's row on the nodes of one or two elements.
 struct FourNodeRow {
+    /// Row by the unknowns of four nodes.
     Node6 node[4];
 };
 
 /// What pivoting::solve asks of such rows. Contact has `nodes`, 2 or 4, and their `slot`.
 template <class Contact> struct FourNodeRows {
+    /// Rows of this kind.
     using Row = FourNodeRow;
+    /// Where the row acts.
     using Place = const Contact&;
 
+    /// The row times d.
     static double apply(const Row& row, const std::vector<Node6>& d, Place at)
     {
         double sum = 0;
@@ -26,11 +30,13 @@ template <class Contact> struct FourNodeRows {
                        .dot(Padded(d[std::size_t(at.slot[std::size_t(a)])].value));
         return sum;
     }
+    /// r += s times the row.
     static void add_force(std::vector<Node6>& r, Place at, const Row& h, double s)
     {
         for (int a = 0; a < at.nodes; ++a)
             r[std::size_t(at.slot[std::size_t(a)])].column += h.node[a].column * splat6(s);
     }
+    /// a + s b + t c.
     static Row combine(const Row& a, double s, const Row& b, double t, const Row& c)
     {
         Row r;

@@ -4,8 +4,8 @@
 
 namespace amontons {
 
-/// What is told of an instrument that is solved as a rod fed from a sheath, by the names that wires
-/// have: NAME_depth, NAME_normal_force_sum, ... Its contacts get their clustered forces.
+/// What is reported of an instrument that is solved as a rod fed from a sheath, by the names that
+/// wires have: NAME_depth, NAME_normal_force_sum, ... Its contacts get their clustered forces.
 /// @param beam     its record in `out`
 /// @param body     its number in the contacts
 /// @param depth    length that is out of the sheath [m]
@@ -13,15 +13,17 @@ namespace amontons {
 void record_instrument(const BeamRecord& beam, int body, double depth, double cluster,
                        StepRecord& out);
 
-/// What a run tells of such an instrument at its end. Plain numbers: they go into checkpoints as
+/// What a run reports of such an instrument at its end. Plain numbers: they enter checkpoints as
 /// they are.
 struct InstrumentLog {
+    /// Part of the vessel in which the tip is.
     BranchLog branch;
     double max_depth = 0, max_push = 0, max_torque = 0, max_clustered = 0;
 
     /// @param walls  obstacles that it can touch
     void note(const StepRecord& record, const BeamRecord& beam,
               const std::vector<Obstacle>& obstacles, std::span<const int> walls);
+    /// Appends its quantities to a record.
     void add_quantities(const std::string& name, std::vector<Quantity>& out) const;
 };
 

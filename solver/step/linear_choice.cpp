@@ -15,14 +15,14 @@
 namespace amontons {
 namespace {
 
-constexpr double kTouchingShare = 1.0 / 6; // of an outside: what of it meets itself, at most
+constexpr double kTouchingShare = 1.0 / 6; // of an outside: what of it touches itself, at most
 constexpr double kMostTouching = 1.0 / 2;  // the same of all that it meets, together
 constexpr std::size_t kFewNodes = 2000;    // of a mesh: below, a factor is quicker whatever meets
-constexpr double kNearShare = 0.01;        // of the smaller body: what is so near may meet, too
+constexpr double kNearShare = 0.01;        // of the smaller body: what is so near may touch, too
 
 /// Whether every axis is prescribed somewhere. What is left free all the same (three nodes in a
 /// row) shows when the body is made.
-bool seems_held(const SolidInput& input)
+bool is_apparently_held(const SolidInput& input)
 {
     bool axis[3] = {false, false, false};
     for (const HoldInput& h : input.hold) {
@@ -35,7 +35,7 @@ bool seems_held(const SolidInput& input)
 }
 
 /// Whether a body of that name (or, for "*", some other one than `but`) moves under contact.
-bool gives_way(const Scene& scene, const std::string& name, const std::string& but)
+bool is_compliant(const Scene& scene, const std::string& name, const std::string& but)
 {
     const auto meant = [&](const std::string& other) {
         return name == "*" ? other != but : other == name;
@@ -54,9 +54,9 @@ double away_from(const AxisBox& box, const Vec3& x)
 
 /// How many nodes of a solid's side of a pair may touch at once: those that are about as near to
 /// the other side as the nearest one, where the run begins. What slides or rolls meets as many.
-double meeting_nodes(const Scene& scene, std::span<const SolidInput> solids,
-                     const std::vector<VolumeMesh>& meshes, const std::vector<Obstacle>& obstacles,
-                     std::size_t i, const ContactSurface& surface, const std::string& other)
+double touching_nodes(const Scene& scene, std::span<const SolidInput> solids,
+                      const std::vector<VolumeMesh>& meshes, const std::vector<Obstacle>& obstacles,
+                      std::size_t i, const ContactSurface& surface, const std::string& other)
 {
     const SolidInput& own = solids[i];
     const VolumeMesh& mesh = meshes[i];
@@ -143,9 +143,9 @@ LinearPlan choose_linear(const Scene& scene, std::span<const SolidInput> solids,
             for (std::size_t side = 0; side < 2; ++side)
                 if (laws[k].between[side] == input.name && surfaces[k][side])
                     s.rows += (friction > 0 ? 3 : 1) *
-                              meeting_nodes(scene, solids, meshes, obstacles, i, *surfaces[k][side],
-                                            laws[k].between[1 - side]);
-        // However many bodies it may meet, it has one outside.
+                              touching_nodes(scene, solids, meshes, obstacles, i,
+                                             *surfaces[k][side], laws[k].between[1 - side]);
+        // However many bodies it may touch, it has one outside.
         if (const ContactSurface* outside = outside_of(i))
             s.rows = std::min(s.rows, (friction > 0 ? 3.0 : 1.0) * kMostTouching *
                                           double(outside->outside.used_nodes.size()));
@@ -161,12 +161,12 @@ LinearPlan choose_linear(const Scene& scene, std::span<const SolidInput> solids,
                 dofs.push_back(held.dof);
             return dofs;
         };
-        // What gives way on both sides, or joints, need W.
+        // What is compliant on both sides, or joints, need W.
         s.columns = !scene.couplings.empty();
         for (const ContactLaw& law : scene.contact)
             for (std::size_t side = 0; side < 2; ++side)
                 if (law.between[side] == input.name || law.between[side] == "*")
-                    s.columns |= gives_way(scene, law.between[1 - side], input.name);
+                    s.columns |= is_compliant(scene, law.between[1 - side], input.name);
         if (scene.contact_solver.given())
             s.only_direct = "contact_solver is given W, which factors make";
         else if (scene.haptic.given)
@@ -175,7 +175,7 @@ LinearPlan choose_linear(const Scene& scene, std::span<const SolidInput> solids,
             s.only_direct = input.name + " is not linear: its matrix changes in every iteration";
         else if (!input.supports.empty())
             s.only_direct = input.name + " has supports: only factors know of them";
-        else if (scene.time.kind != "dynamic" && !seems_held(input))
+        else if (scene.time.kind != "dynamic" && !is_apparently_held(input))
             s.only_direct = input.name + " is held by its contacts alone";
         sizes.push_back(std::move(s));
     }

@@ -14,8 +14,11 @@ public:
     /// @param missing  its value while it has no points
     void add(InputInfo info, CurvePoints& curve, double missing = 0);
 
+    /// All inputs, by number.
     const std::vector<InputInfo>& all() const { return info_; }
+    /// Value at a time, in the unit of the input.
     double value(std::size_t number, double time) const;
+    /// Sets a value from a time on.
     void set(std::size_t number, double value, double time);
 
     /// Before the length of a step is known: what is led by hand has no knots.
@@ -26,17 +29,22 @@ public:
     void accept();
     /// Which wait for a step; and again, after one that was not taken.
     std::vector<char> waiting() const;
+    /// After a step that was not taken: restores which inputs wait for one.
     void wait_again(const std::vector<char>& waiting);
 
     /// @param layout  the inputs that read() will be asked of: its own, or those of the same
     ///                simulation with other holds and loads
     void save(ByteWriter& out, const LiveInputs& layout) const;
     struct Saved {
+        /// Set by a caller; waiting for its first value.
         bool live = false, waiting = false;
+        /// In the unit of the input.
         double value = 0;
         double start[2] = {}, end[2] = {}; ///< time [s] and value; of live ones
     };
+    /// Reads saved values.
     std::vector<Saved> read(ByteReader& in) const;
+    /// Restores saved values.
     void restore(const std::vector<Saved>& saved);
 
 private:

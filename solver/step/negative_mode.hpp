@@ -8,8 +8,10 @@
 
 namespace amontons::pivoting {
 
+/// Steps of the Lanczos iteration.
 constexpr int kLanczosSteps = 6;
 
+/// Scalar product over nodes (value).
 inline double node_product(const std::vector<Node6>& a, const std::vector<Node6>& b)
 {
     Column6 sum{};

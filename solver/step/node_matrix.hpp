@@ -19,17 +19,20 @@ public:
     void set_pattern(int nodes, std::vector<std::array<int, 2>> coupled);
 
     bool guarded = true; ///< else factor() takes every matrix for definite
+    /// Number of nodes.
     int size() const { return int(start_.size()) - 1; }
+    /// The block of two nodes; it must be in the pattern.
     Block6& block(int row, int col) { return block_[at(row, col)]; }
     const Block6& block(int row, int col) const { return block_[at(row, col)]; }
     /// A += s f h^T in one block.
     void add(int row, int col, const Column6& f, const Node6& h, double s);
-    /// Says that what is added is not symmetric.
+    /// States that what is added is not symmetric.
     void set_unsymmetric() { symmetric_ = false; }
 
     /// (A + A^T) / 2.
     void take_symmetric_part();
 
+    /// Sets all blocks to zero.
     void set_zero();
     /// The values of a matrix of the same pattern.
     void copy_values(const NodeMatrix& other);

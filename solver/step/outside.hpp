@@ -18,7 +18,7 @@ outside_of(const Scene& scene);
 
 /// Finds reactions of a problem whose unilateral contacts have three rows each (its W a matrix).
 /// @param warm_start  of the step before, or empty
-/// @returns  as many numbers as q has; an error is told by what it throws (std::exception)
+/// @returns  as many numbers as q has; an error is reported by what it throws (std::exception)
 using OutsideFunction =
     std::function<Eigen::VectorXd(const ContactProblem&, const Eigen::VectorXd& warm_start)>;
 

@@ -17,13 +17,14 @@ struct OverlapLog {
     std::map<int, ContactSize> largest;            ///< of each pair, when its force was largest
     std::map<std::array<int, 3>, double> reported; ///< by bodies and obstacle, at its worst [m]
 
-    /// Takes an accepted step. Appends a sentence where a pair's overlap is 1.5 times as deep as the
-    /// last that was reported.
+    /// Takes an accepted step. Appends a sentence where a pair's overlap is 1.5 times as deep as
+    /// the last that was reported.
     void add(const BodySystem& system, const BodyStepReport& report, int step,
              std::vector<std::string>& warnings);
     /// Of pairs whose contact was narrower than a face when its force was largest.
     std::vector<std::string> small_contacts(const BodySystem& system) const;
 
+    /// Saves the log for a checkpoint.
     void save(ByteWriter& out) const;
     /// @throws InputError  if it is of other pairs
     static OverlapLog read(ByteReader& in, std::size_t pairs);

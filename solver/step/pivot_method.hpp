@@ -10,7 +10,7 @@
 #include <limits>
 
 // Pivoting contacts between open, stick and slip, for one wire (wire_pivot.cpp), for instruments
-// in one another (coaxial_pivot.cpp) and for rods (rod_problem.cpp). A System says which rows a
+// in one another (coaxial_pivot.cpp) and for rods (rod_problem.cpp). A System states which rows a
 // contact has and in which matrix:
 //
 //   Row                          of derivatives; with the nodes that it stands on:
@@ -27,16 +27,18 @@
 //   most_trials()                of statuses, before the step is made shorter by a shift
 //   shift_levels()               optional: how often it is, kShiftLevels without
 //   softest()                    scale of the shift [N/m]
-//   kept_shift()                 of the last iterate of this solve that needed one [N/m]
+//   last_shift()                 of the last iterate of this solve that needed one [N/m]
 //   weigh(x)                     optional: x <- M x, by which a shift is added (negative_mode.hpp)
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)
-//   gives(), pivot_giving(...)   optional: walls that give way, see soft_pivot.hpp
+//   has_compliant_walls(), pivot_compliant(...)   optional: walls that are compliant, see
+//   soft_pivot.hpp
 
 namespace amontons::pivoting {
 
-constexpr int kTrials = 24; // of statuses in a vessel, before the step is made shorter by a shift
+constexpr int kTrials = 24; ///< of statuses in a vessel, before the step is made shorter by a shift
+/// Levels of the shift in one iteration.
 constexpr int kShiftLevels = 4;
-constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; // relative to the wire's stiffness
+constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; ///< relative to the wire's stiffness
 
 /// Normal plus mu times the slip force's direction.
 template <class System> typename System::Row slip_force_row(System& s, std::size_t k)
@@ -46,15 +48,16 @@ template <class System> typename System::Row slip_force_row(System& s, std::size
     return System::combine(s.normal(k), mu * t.c1, s.tangent(k, 0), mu * t.c2, s.tangent(k, 1));
 }
 
+/// The row across the direction of slip.
 template <class System> typename System::Row across_row(System& s, std::size_t k)
 {
     const Trial& t = s.trial()[k];
     return System::combine(-t.c2, s.tangent(k, 0), t.c1, s.tangent(k, 1));
 }
 
-// Adds a contact with its trial status to the linear system: reactions of active rows are
-// r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
-// it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
+/// Adds a contact with its trial status to the linear system: reactions of active rows are
+/// r - rho (g + H d) (normal, stick), mu r_n along the slip force, and -across (u + H d) across
+/// it, the linearisation of r_t = P(r_t - rho u_t) on the cone's edge.
 template <class System> void add_contact(System& s, std::size_t k, bool coupled, int from)
 {
     const Candidate& c = s.contact(k);
@@ -79,6 +82,7 @@ template <class System> void add_contact(System& s, std::size_t k, bool coupled,
             System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), stick_weight(c), from);
 }
 
+/// Adds the forces of contact k to the right-hand side.
 template <class System> void add_contact_force(System& s, std::size_t k)
 {
     const Candidate& c = s.contact(k);
@@ -125,11 +129,11 @@ template <class System> void evaluate(System& s, std::size_t k)
     }
     t.normal = t.t1 = t.t2 = 0;
     if (t.status == 0) {
-        t.gap -= c.give * c.normal;
+        t.gap -= c.compliance * c.normal;
         return;
     }
     t.normal = c.normal - normal_weight(c) * t.gap;
-    t.gap += c.give * (t.normal - c.normal);
+    t.gap += c.compliance * (t.normal - c.normal);
     if (t.status == 1 && c.mu > 0) {
         const double rt = stick_weight(c);
         t.t1 = c.tangential[0] - rt * t.v1;
@@ -193,10 +197,10 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
     while (!definite) {
         // Where the iterate before ended is a better guess than nothing.
         const double least =
-            needed > 0 ? needed : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
+            needed > 0 ? needed : std::max(kLeastShift * s.min_stiffness(), s.last_shift() / 16);
         shift = shift > 0 ? std::max(4 * shift, shift + needed) : least;
         needed = 0;
-        if (shift > kLargestShift * s.softest()) return;
+        if (shift > kLargestShift * s.min_stiffness()) return;
         definite = factor(!unsymmetric, first) == 0;
     }
     if (unsymmetric) factor(true, first);
@@ -204,15 +208,17 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
 
 /// Trials that find no fewer wrong statuses before contacts are turned one at a time: first one of
 /// each neighbourhood, then one of all.
-struct Patience {
+struct StallCounter {
+    /// Trials without progress after which all, or separate, states change.
     static constexpr int kAll = 8, kApart = 40;
+    /// Fewest wrong states so far, and trials left.
     int best = std::numeric_limits<int>::max(), all = kAll, apart = kApart;
 };
 
 /// Turns the last contact whose status is wrong, and every one before it that touches no body of
 /// those already turned: of many bodies each place would else wait for all others.
 template <class System, class Turn>
-void turn_apart(const System& s, const std::vector<Change>& wrong, const Turn& turn)
+void flip_independent(const System& s, const std::vector<Change>& wrong, const Turn& turn)
 {
     std::vector<char> taken(s.bodies(), 0);
     for (std::size_t k = wrong.size(); k-- > 0;) {
@@ -229,8 +235,8 @@ void turn_apart(const System& s, const std::vector<Change>& wrong, const Turn& t
 /// Turns contacts whose status is wrong; all of them, or one where that leads nowhere.
 /// @param turn  of a contact
 template <class System, class Turn>
-void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience& patience,
-               const Turn& turn)
+void flip_statuses(const System& s, std::vector<Change>& wrong, int count, StallCounter& patience,
+                   const Turn& turn)
 {
     const std::size_t n = wrong.size();
     bool all = true;
@@ -244,7 +250,7 @@ void turn_some(const System& s, std::vector<Change>& wrong, int count, Patience&
         if constexpr (requires { s.bodies(); })
             if (patience.apart > 0) {
                 --patience.apart;
-                return turn_apart(s, wrong, turn);
+                return flip_independent(s, wrong, turn);
             }
         std::size_t k = n - 1;
         while (wrong[k].kind == Change::none)
@@ -286,13 +292,13 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         initial_status(s.contact(k), trials[k]);
 
     std::vector<Change> wrong(n);
-    Patience patience;
+    StallCounter patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
     for (int trial = 0; trial < s.most_trials(); ++trial) {
         if (options.stop && *options.stop) return false;
         set_right_side(s);
         factor_definite(s, from, shift, report);
-        if (shift > kLargestShift * s.softest()) return false;
+        if (shift > kLargestShift * s.min_stiffness()) return false;
         s.increment() = s.right();
         s.matrix().solve(s.increment());
 
@@ -306,7 +312,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         if (count == 0) return true;
 
         from = s.last();
-        turn_some(s, wrong, count, patience, [&](std::size_t k) {
+        flip_statuses(s, wrong, count, patience, [&](std::size_t k) {
             change(s.contact(k), trials[k], wrong[k].kind);
             from = std::min(from, s.lowest(k));
         });
@@ -314,9 +320,9 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     return false;
 }
 
-// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
-// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
-// the active rows are closed exactly, by their own small dense system.
+/// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
+/// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
+/// the active rows are closed exactly, by their own small dense system.
 template <class System> void close_active(System& s)
 {
     struct Row {
@@ -359,7 +365,7 @@ template <class System> void close_active(System& s)
                                                  : s.tangent(q.candidate, q.which - 1),
                                     x, s.place(q.candidate));
         }
-        if (r.which == 0) S(j, j) += s.contact(r.candidate).give;
+        if (r.which == 0) S(j, j) += s.contact(r.candidate).compliance;
     }
     const Eigen::VectorXd change = solve_full_pivots(S, -gap);
     if (!change.allFinite()) return;
@@ -379,9 +385,9 @@ template <class System> void close_active(System& s)
     }
 }
 
-// Where pivoting finds no solution (the wire is about to lose
-// its hold), a shift makes the problem more definite and its solution nearer.
-// @return  whether one was found
+/// Where pivoting finds no solution (the wire is about to lose
+/// its hold), a shift makes the problem more definite and its solution nearer.
+/// @return  whether one was found
 template <class System>
 bool solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
            NewtonReport& report)
@@ -390,20 +396,20 @@ bool solve(System& s, const Residual& res, const NewtonOptions& options, double&
     int levels = kShiftLevels;
     if constexpr (requires { s.shift_levels(); }) levels = s.shift_levels();
     for (int level = 0; level < levels; ++level) {
-        if constexpr (requires { s.gives(); }) {
-            done = s.gives() ? s.pivot_giving(res, options, shift, report)
-                             : pivot(s, res, options, shift, report);
+        if constexpr (requires { s.has_compliant_walls(); }) {
+            done = s.has_compliant_walls() ? s.pivot_compliant(res, options, shift, report)
+                                           : pivot(s, res, options, shift, report);
         } else {
             done = pivot(s, res, options, shift, report);
         }
         if (done) break;
-        shift = std::max(16 * shift, 1e-3 * s.softest());
+        shift = std::max(16 * shift, 1e-3 * s.min_stiffness());
     }
-    if constexpr (requires { s.gives(); })
-        if (s.gives() && !done) // what was tried last may be anything: the solve ends
+    if constexpr (requires { s.has_compliant_walls(); })
+        if (s.has_compliant_walls() && !done) // what was tried last may be anything: the solve ends
             s.increment()[std::size_t(s.last())].value[0] =
                 std::numeric_limits<double>::quiet_NaN();
-    if (shift > 0) s.kept_shift() = shift;
+    if (shift > 0) s.last_shift() = shift;
     return done;
 }
 

@@ -30,8 +30,8 @@ Vec3 inside(const Pose& at, const Vec3& x)
     return at.turn.conjugate() * (x - at.place);
 }
 
-/// Looks for places of a rod whose middle line comes nearer to a wall or a rigid body than half the
-/// radius on its way through a step.
+/// Searches for places of a rod whose middle line comes nearer to a wall or a rigid body than half
+/// the radius on its way through a step.
 struct RodSweep {
     const Curve &before, &now;
     Pose from, to;                               // of the body
@@ -100,7 +100,7 @@ private:
 
 namespace {
 
-/// What an iteration has met is known to those that follow.
+/// What an iteration has found is known to those that follow.
 template <class Contact, class Id>
 void remember(const std::vector<Contact>& found, Id id, std::vector<std::int64_t>& known)
 {

@@ -97,7 +97,7 @@ std::vector<RodJoint> rod_joints(const std::vector<BodyRef>& bodies,
         RodJoint j;
         j.value = row.value;
         j.force = force[k];
-        j.give = c.softness;
+        j.compliance = c.softness;
         const CoupledPlace* const place[2] = {&c.a, &c.b};
         const BodyPlace at[2] = {row.place_a(c), row.place_b(c)};
         for (std::size_t i = 0; i < 2; ++i) {
@@ -122,7 +122,7 @@ FreeMotion free_motion_of_rods(const std::vector<BodyRef>& bodies,
     std::vector<int> column(bodies.size(), -1);
     std::vector<int> moving; // bodies
     for (std::size_t b = 0; b < bodies.size(); ++b)
-        if (bodies[b].rod && !bodies[b].rod->in_medium()) {
+        if (bodies[b].rod && !bodies[b].rod->has_drag()) {
             column[b] = 6 * int(moving.size());
             moving.push_back(int(b));
         }

@@ -22,9 +22,9 @@ struct RodJoint {
     std::array<Vec6, 2> row{Vec6::Zero(), Vec6::Zero()};
     /// Second derivative of the value, on both nodes.
     Eigen::Matrix<double, 12, 12> bend = Eigen::Matrix<double, 12, 12>::Zero();
-    double value = 0; ///< at the iterate [m]; of turn springs [rad]
-    double force = 0; ///< known, along the row [N]; of turn springs [N m]
-    double give = 0;  ///< of a spring, 1 / stiffness; 0: rigid
+    double value = 0;      ///< at the iterate [m]; of turn springs [rad]
+    double force = 0;      ///< known, along the row [N]; of turn springs [N m]
+    double compliance = 0; ///< of a spring, 1 / stiffness; 0: rigid [m/N]
 };
 
 /// @param rows   of the couplings at the iterate
@@ -41,6 +41,7 @@ struct FreeMotion {
     int body = -1; ///< -1: there is none
     std::string motion;
 };
+/// Motions of rods with couplings, without contact.
 FreeMotion free_motion_of_rods(const std::vector<BodyRef>& bodies,
                                const std::vector<Coupling>& couplings);
 

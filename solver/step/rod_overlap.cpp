@@ -8,17 +8,17 @@
 #include <algorithm>
 #include <cmath>
 
-// How far rods stand in other bodies: the surface around their middle lines, looked at from place to
+// How far rods stand in other bodies: the surface around their middle lines, examined from place to
 // place half a radius apart.
 
 namespace amontons {
 namespace {
 
 // Of the thinner radius. Between stations a rod that bends leaves the arc over their chord; beyond
-// half a radius nothing tells its sides apart.
+// half a radius nothing shows its sides apart.
 constexpr double kAllowedOfRadius = 0.01, kNeverOfRadius = 0.5;
 constexpr double kMostSamples = 20'000; // of a rod
-constexpr double kBesides = 4; // radii of arc: nearer places of one rod are neighbours
+constexpr double kBesides = 4;          // radii of arc: nearer places of one rod are neighbours
 
 struct Sample {
     Vec3 x;
@@ -125,7 +125,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
                     if (between <= kBesides * s.radius) return;
                 }
                 keep_deepest(s.x, s.radius + std::max(a.radius, b.radius) -
-                                distance_to_chord(s.x, a.x, b.x));
+                                      distance_to_chord(s.x, a.x, b.x));
             });
         }
     }

@@ -45,10 +45,11 @@ struct RodSystem : FourNodeRows<RodContact> {
     int lowest(std::size_t) const { return 0; }
     int highest(std::size_t) const { return last(); }
     bool follows(std::size_t k) const { return p.contact[k].follows; }
-    // Of neighbours that all let go one does in a trial: as many trials as the longest line needs.
+    // Of neighbours that all released one does in a trial: as many trials as the longest line
+    // needs.
     int most_trials() const
     {
-        return pivoting::kTrials + pivoting::Patience::kApart + (p.hasty ? 0 : p.most_on_one);
+        return pivoting::kTrials + pivoting::StallCounter::kApart + (p.hasty ? 0 : p.most_on_one);
     }
     int shift_levels() const { return p.hasty ? 1 : pivoting::kShiftLevels; }
     std::size_t bodies() const { return p.rods.size(); }
@@ -60,8 +61,8 @@ struct RodSystem : FourNodeRows<RodContact> {
     std::vector<Node6>& increment() { return p.increment; }
     std::vector<Trial>& trial() { return p.trial; }
     NodeMatrix& matrix() { return p.system; }
-    double& kept_shift() { return p.shift; }
-    double softest() const { return p.softest; }
+    double& last_shift() { return p.shift; }
+    double min_stiffness() const { return p.min_stiffness; }
     void start_matrix(double shift, int)
     {
         p.system.copy_values(p.base);
@@ -229,7 +230,7 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
     held.prescribed.resize(6 * nodes);
     w.stiffness.assign(std::size_t(nodes), 0);
     w.length.assign(std::size_t(nodes), 0);
-    w.softest = std::numeric_limits<double>::infinity();
+    w.min_stiffness = std::numeric_limits<double>::infinity();
     int first = 0;
     for (const RodBody* rod : w.rods) {
         if (!rod) continue;
@@ -244,7 +245,7 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
             const int e = std::min(i, rod->model().element_count() - 1);
             w.length[std::size_t(first + i)] = rod->element_length(e);
             w.stiffness[std::size_t(first + i)] = rod->element_stiffness(e);
-            w.softest = std::min(w.softest, rod->element_stiffness(e));
+            w.min_stiffness = std::min(w.min_stiffness, rod->element_stiffness(e));
             Eigen::Map<Vec6>(w.gradient[std::size_t(first + i)].value) =
                 -rod->right().segment<6>(6 * i);
         }
@@ -308,8 +309,8 @@ void add_joints(RodProblem& w, const Projectors& held)
             j.row[i] = held.free[std::size_t(j.slot[i])] * joint.row[i];
             j.weight += kHeldJoint * stiffness_of_node(w, j.slot[i], joint.row[i], j.row[i]);
         }
-        j.springs = joint.give > 0;
-        if (j.springs) j.weight = 1 / joint.give;
+        j.springs = joint.compliance > 0;
+        if (j.springs) j.weight = 1 / joint.compliance;
     }
     for (std::size_t k = 0; k < w.joints.size(); ++k) { // weights are those of the rods alone
         const RodJoint& joint = w.joints[k];
@@ -584,10 +585,10 @@ std::optional<NegativeMotion> negative_motion(RodProblem& w,
     const auto factor = [&](double hold, double shift) { return factor_held(system, hold, shift); };
     for (const double hold : kHolds)
         if (factor(hold, 0)) return {};
-    double shift = pivoting::kLeastShift * w.softest;
+    double shift = pivoting::kLeastShift * w.min_stiffness;
     while (!factor(kHolds[1], shift)) {
         shift *= 4;
-        if (!(shift <= pivoting::kLargestShift * w.softest)) return {};
+        if (!(shift <= pivoting::kLargestShift * w.min_stiffness)) return {};
     }
 
     // Inverse iteration: the lowest eigenvalue of the shifted matrix is its smallest.

@@ -47,7 +47,7 @@ struct RodProblem {
     std::vector<Node6> gradient, right, increment;
     std::vector<NewtonWorkspace::Trial> trial;
     std::vector<double> stiffness, length; ///< of each node: its element's EI / l^3 [N/m], l [m]
-    double softest = 0, shift = 0;         ///< [N/m]
+    double min_stiffness = 0, shift = 0;   ///< [N/m]
     /// Where the matrix is not positive definite on the motions that contacts leave free, it is
     /// made so: towards stable balances, slower.
     bool guarded = false;
@@ -59,6 +59,7 @@ struct RodProblem {
 /// What is known of a contact before it is solved.
 struct RodContactState {
     const BodyContact* contact = nullptr;
+    /// The two sides.
     BodyPlace a, b;
     Vec3 value = Vec3::Zero(); ///< gap and slip at the iterate, in its frame [m]
     Vec3 force = Vec3::Zero(); ///< in its frame [N]
@@ -66,6 +67,7 @@ struct RodContactState {
     bool sticks = false;
 };
 
+/// Solution of one linearised problem of rods.
 struct RodAnswer {
     std::vector<Eigen::VectorXd> motion;          ///< of each body
     std::vector<Vec3> force, value;               ///< of each contact, in its frame [N], [m]
@@ -97,7 +99,7 @@ struct NegativeMotion {
 std::optional<NegativeMotion> negative_motion(RodProblem& work,
                                               const std::vector<RodContactState>& contacts);
 
-/// A motion of rods that lean on contacts which takes no force: neither their own stiffness nor
+/// A motion of rods that rest on contacts which takes no force: neither their own stiffness nor
 /// holds, closed contacts, friction or loads resist it. Linearised as for negative_motion().
 /// @return  of each body, as NegativeMotion::motion; nothing where all are held
 /// Cost: a factorisation and some solves.

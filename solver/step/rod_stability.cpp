@@ -71,7 +71,7 @@ std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput
         return std::ranges::any_of(system.refs,
                                    [&](const BodyRef& b) { return b.rod && judge(*b.rod); });
     };
-    if (of_rods([](const RodBody& r) { return r.in_medium(); }) ||
+    if (of_rods([](const RodBody& r) { return r.has_drag(); }) ||
         !of_rods([](const RodBody& r) { return r.negative() > 0; }))
         return {};
     StepInput here = step;
@@ -143,7 +143,8 @@ std::string rigid_part(const RodBody& rod, const Eigen::VectorXd& motion)
 std::string unheld_rods(BodySystem& system, const StepInput& step, const BodyStepReport& report)
 {
     if (step.dynamic || !system.rods_alone() ||
-        std::ranges::none_of(system.refs, [](const BodyRef& b) { return b.rod && b.rod->leans(); }))
+        std::ranges::none_of(system.refs,
+                             [](const BodyRef& b) { return b.rod && b.rod->is_stabilised(); }))
         return "";
     StepInput here = step;
     here.start = step.end();

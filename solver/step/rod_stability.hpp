@@ -27,8 +27,8 @@ struct UnstableBalance {
 std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput& step,
                                              const BodyStepReport& report);
 
-/// What nothing holds of rods that lean on contacts (RodBody::lean_on_contacts), at an accepted
-/// balance: friction counts as holding wherever a contact presses. It stays where it is.
+/// What nothing holds of rods that rest on contacts (RodBody::stabilise_with_contacts), at an
+/// accepted balance: friction counts as holding wherever a contact presses. It stays where it is.
 /// @return  "NAME: shift along ..." of the rod that moves the most; "" if all are held
 /// Cost: nothing without such rods; else a linearisation, a factor and some solves.
 std::string unheld_rods(BodySystem& system, const StepInput& step, const BodyStepReport& report);

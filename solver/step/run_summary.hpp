@@ -8,24 +8,29 @@
 
 namespace amontons {
 
+/// Adds a step to the quantities of the run.
 void add_step(RunSummary& summary, const StepRecord& step);
 
 /// What a result of a step is called in a summary: "done" | "failed" | "interrupted" | "running".
 const char* status_of(StepResult::Outcome outcome);
 
+/// A refused step and its message.
 inline StepResult failed_step(std::string message)
 {
     return {StepResult::Outcome::failed, std::move(message), {}};
 }
+/// A step that was interrupted.
 inline StepResult interrupted_step()
 {
     return {StepResult::Outcome::interrupted, "interrupted by the user", {}};
 }
+/// An accepted step.
 inline StepResult accepted_step(StepRecord record)
 {
     return {StepResult::Outcome::accepted, "", std::move(record)};
 }
 
+/// Saves the quantities for a checkpoint.
 void save_summary(const RunSummary& summary, ByteWriter& out);
 /// @throws InputError  as ByteReader
 RunSummary read_summary(ByteReader& in);

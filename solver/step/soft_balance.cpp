@@ -23,17 +23,17 @@ constexpr double kShare = 0.03;          // ... and of the walls' last error
 constexpr int kPatience = 12;            // looks with a tangent before another is made
 constexpr int kMostTangents = 3;         // made in one solve
 constexpr int kMostHalvings = 5;
-constexpr double kDependent = 1e-10; // differences that tell nothing new
+constexpr double kDependent = 1e-10; // differences that report nothing new
 
 struct Past {
-    Eigen::VectorXd offset, off, answer; ///< changes from one look to the next [m], [N], [m]
+    Eigen::VectorXd offset, off, answer; ///< changes from one evaluation to the next [m], [N], [m]
 };
 
 struct Search {
     std::size_t wall = 0;
     SoftTube* tube = nullptr;
     WallState state;
-    Eigen::VectorXd off, answer; ///< imbalance of the last look, and the tangent's answer to it
+    Eigen::VectorXd off, answer; ///< imbalance of the last sample, and the tangent's answer to it
     Eigen::VectorXd offset;      ///< of that look
     std::vector<Past> past;
     double largest = 0; ///< imbalance of a node [N]
@@ -93,7 +93,7 @@ void improve(Search& s, Eigen::VectorXd off)
     s.state.offset = std::move(next);
 }
 
-void give(Wire& wire, const Search& s)
+void apply_offset(Wire& wire, const Search& s)
 {
     wire.state.wall[s.wall] = std::make_shared<const WallState>(s.state);
 }
@@ -105,7 +105,7 @@ void rest_walls(Wire& wire, const std::vector<WireWall>& walls)
     std::vector<WallStatePointer> rest;
     bool any = false;
     for (const WireWall& w : walls) {
-        rest.push_back(w.soft && w.soft->beyond() ? w.soft->at_rest() : nullptr);
+        rest.push_back(w.soft && w.soft->hyperelastic() ? w.soft->at_rest() : nullptr);
         any = any || rest.back();
     }
     wire.state.wall = any ? std::move(rest) : std::vector<WallStatePointer>{};
@@ -128,8 +128,10 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             s.tube = walls[w].soft;
             s.tube->take(wire.state.wall[w]);
             s.state = s.tube->state();
-            give(wire, s);
+            apply_offset(wire, s);
         }
+
+    // ---- Rounds: wire and contacts, then the offset of the walls
     NewtonReport sum;
     double error = kFirstTolerance / kShare;
     int with_tangent = 0, halvings = 0, tangents = 0;
@@ -148,7 +150,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             if (at_rest(s)) {
                 trial = *s.tube->at_rest();
             } else {
-                fault = s.tube->look(trial);
+                fault = s.tube->evaluate_material(trial);
                 ++sum.wall_looks;
             }
             if (!fault.empty()) break;
@@ -164,7 +166,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             if (++halvings > kMostHalvings || searches[0].off.size() == 0) return sum;
             for (Search& s : searches) {
                 s.state.offset = 0.5 * (s.state.offset + s.offset);
-                give(wire, s);
+                apply_offset(wire, s);
             }
             error = kFirstTolerance / kShare;
             continue;
@@ -173,7 +175,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
         const double allowed = std::max(options.tolerance, sum.residual.floor);
         if (error <= allowed && sum.residual.error() <= allowed) {
             for (const Search& s : searches) {
-                give(wire, s);
+                apply_offset(wire, s);
                 wire.state.wall_energy += s.state.energy - s.tube->at_rest()->energy;
             }
             sum.seconds_rest += watch.seconds();
@@ -186,7 +188,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             Search& s = searches[k];
             if (error <= allowed) break; // the wire's turn
             const bool moved =
-                slow && s.tube->move_tangent(std::make_shared<const Eigen::VectorXd>(s.state.u));
+                slow && s.tube->relinearise(std::make_shared<const Eigen::VectorXd>(s.state.u));
             if (moved) {
                 ++sum.wall_tangents;
                 s.forget();
@@ -196,7 +198,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             } else {
                 improve(s, std::move(off[k]));
             }
-            give(wire, s);
+            apply_offset(wire, s);
         }
         if (slow) {
             ++tangents;

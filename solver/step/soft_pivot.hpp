@@ -7,7 +7,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 
-// Pivoting where walls give way: one linearised problem with the whole derivative of wire and
+// Pivoting where walls are compliant: one linearised problem with the whole derivative of wire and
 // walls. Each contact has five ports, rows of the wire's unknowns: its point's motion along
 // (n, t1, t2) and what the section's spin adds to the two slips; those of all points come first.
 // With the motions x = U^T d of the ports, forces U p on them, reactions' changes rho, the factor
@@ -29,17 +29,19 @@
 
 namespace amontons::pivoting {
 
-constexpr double kRhoPorts = 10;       // of M, relative to the wire's stiffness
-constexpr double kNearContact = 0.1;   // of the wire's radius: gaps that matter from the start
-constexpr double kNearSolution = 1e-3; // error below which stability is looked at as a whole
-constexpr int kCircles = 12;           // trials that should have been enough
-constexpr int kMostTrials = 400;       // small dense systems: one contact at a time ends at last
-constexpr int kSweeps = 200;           // of Gauss-Seidel's method
-constexpr int kMostRounds = 4;         // of contacts that were not thought to matter
+constexpr double kRhoPorts = 10; ///< of M, relative to the wire's stiffness
+constexpr double kNearContact =
+    0.1; ///< gaps that matter from the start, over the radius of the wire (ratio)
+constexpr double kNearSolution = 1e-3; ///< error below which stability is examined as a whole
+constexpr int kCircles = 12;           ///< trials that should have been enough
+constexpr int kMostTrials = 400;       ///< small dense systems: one contact at a time ends at last
+constexpr int kSweeps = 200;           ///< of Gauss-Seidel's method
+constexpr int kMostRounds = 4;         ///< of contacts that were not thought to matter
 
 /// A linearised problem on reactions: s = q + W rho.
-struct GivingProblem {
-    GivingContacts walls;
+struct CompliantProblem {
+    /// Response of the walls.
+    CompliantContacts walls;
     Eigen::MatrixXd F;      ///< of the ports' compliance T = F F^T, 5n x unknowns of their nodes
     Eigen::MatrixXd inner;  ///< R + Theta, 3n x 3n
     Eigen::MatrixXd system; ///< 1 - F^T (R + Theta) F
@@ -52,7 +54,7 @@ struct GivingProblem {
 };
 
 /// The candidate that the j-th port belongs to.
-inline std::size_t contact_of_port(const GivingProblem& p, Eigen::Index j)
+inline std::size_t contact_of_port(const CompliantProblem& p, Eigen::Index j)
 {
     const auto points = 3 * Eigen::Index(p.walls.which.size());
     return std::size_t(p.walls.which[std::size_t(j < points ? j / 3 : (j - points) / 2)]);
@@ -60,7 +62,7 @@ inline std::size_t contact_of_port(const GivingProblem& p, Eigen::Index j)
 
 /// @param port  out: 5 for each contact
 template <class System>
-void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>& port)
+void solve_ports(System& s, CompliantProblem& p, std::vector<typename System::Row>& port)
 {
     const auto n = Eigen::Index(p.walls.which.size()), points = 3 * n;
     port.clear();
@@ -75,6 +77,8 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
         for (int i = 0; i < 2; ++i)
             port.push_back(System::combine(1, s.tangent(k, i), -1, t[std::size_t(i)]));
     }
+
+    // ---- Nodes and ports
     const auto place = [&](Eigen::Index j) { return s.place(contact_of_port(p, j)); };
     std::vector<int> node;
     for (Eigen::Index i = 0; i < n; ++i)
@@ -104,6 +108,8 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
         }
         return out;
     };
+
+    // ---- Compliance at the nodes
     Eigen::MatrixXd N(size, size);
     std::vector<Node6> z(s.right().size());
     for (Eigen::Index j = 0; j < size; ++j) {
@@ -125,6 +131,8 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
     p.answer.resize(0, 0);
     p.inner = p.walls.follow;
     p.q.resize(points);
+
+    // ---- Linearised problem of the contacts
     for (Eigen::Index i = 0; i < n; ++i) {
         const Candidate& c = s.contact(std::size_t(p.walls.which[std::size_t(i)]));
         p.q.segment<3>(3 * i) << c.gap, c.slip[0], c.slip[1];
@@ -151,33 +159,38 @@ void solve_ports(System& s, GivingProblem& p, std::vector<typename System::Row>&
             p.q[slip] += p.x0[spin];
         }
     p.answer = lu.solve_all(p.FPsi);
-    p.W = p.walls.give;
+    p.W = p.walls.compliance;
     p.W.noalias() += p.LF * p.answer;
     p.even = lu.determinant() > 0;
 }
 
 /// Change of reactions, from statuses: rho = fixed + basis z with (row)(q + W rho) + give z = 0.
 struct TrialSystem {
+    /// The fixed part of the solution.
     Eigen::VectorXd fixed;
+    /// Basis of the reactions in their states.
     Eigen::SparseMatrix<double> basis;
+    /// Rows of the states.
     Eigen::SparseMatrix<double, Eigen::RowMajor> row;
-    Eigen::VectorXd give; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
+    Eigen::VectorXd
+        compliance; ///< 1 / weight: of the multipliers' method, and of slip across [m/N]
 };
 
+/// The system of the active rows of a trial.
 template <class System> TrialSystem trial_system(System& s, const std::vector<int>& which)
 {
     const auto n = Eigen::Index(which.size());
     TrialSystem t;
     t.fixed = Eigen::VectorXd::Zero(3 * n);
-    t.give = Eigen::VectorXd::Zero(3 * n);
+    t.compliance = Eigen::VectorXd::Zero(3 * n);
     std::vector<Eigen::Triplet<double>> basis, rows;
     int at = 0;
-    const auto add = [&](Eigen::Index k, const Vec3& force, const Vec3& row, double give) {
+    const auto add = [&](Eigen::Index k, const Vec3& force, const Vec3& row, double compliance) {
         for (int i = 0; i < 3; ++i) {
             if (force[i] != 0) basis.emplace_back(int(3 * k) + i, at, force[i]);
             if (row[i] != 0) rows.emplace_back(at, int(3 * k) + i, row[i]);
         }
-        t.give[at++] = give;
+        t.compliance[at++] = compliance;
     };
     for (Eigen::Index k = 0; k < n; ++k) {
         const auto i = std::size_t(which[std::size_t(k)]);
@@ -204,13 +217,13 @@ template <class System> TrialSystem trial_system(System& s, const std::vector<in
     t.basis.setFromTriplets(basis.begin(), basis.end());
     t.row.resize(at, 3 * n);
     t.row.setFromTriplets(rows.begin(), rows.end());
-    t.give.conservativeResize(at);
+    t.compliance.conservativeResize(at);
     return t;
 }
 
-/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting goes in circles: many
+/// Statuses by Gauss-Seidel's method on all reactions, for where pivoting cycles: many
 /// points close to one another on a wall, all of them candidates for the same force.
-template <class System> void sweep_statuses(System& s, const GivingProblem& p)
+template <class System> void sweep_statuses(System& s, const CompliantProblem& p)
 {
     const auto n = Eigen::Index(p.walls.which.size());
     Eigen::VectorXd rho = Eigen::VectorXd::Zero(3 * n), motion = p.q;
@@ -253,17 +266,17 @@ template <class System> void sweep_statuses(System& s, const GivingProblem& p)
 
 /// Whether wire and walls are stable with the rows of the trials held, friction's coupling to the
 /// normal reactions left out.
-template <class System> bool stable_together(System& s, const GivingProblem& p)
+template <class System> bool stable_together(System& s, const CompliantProblem& p)
 {
     if (p.walls.which.empty()) return true;
     const TrialSystem t = trial_system(s, p.walls.which);
     // With the held rows' reactions condensed it is symmetric: that does not depend on which number
     // stands for a reaction.
     Eigen::MatrixXd left = p.system;
-    if (t.give.size() > 0) {
-        Eigen::MatrixXd give = t.row * p.walls.give * t.row.transpose();
-        give.diagonal() += t.give;
-        const LuFactor held(give);
+    if (t.compliance.size() > 0) {
+        Eigen::MatrixXd compliance = t.row * p.walls.compliance * t.row.transpose();
+        compliance.diagonal() += t.compliance;
+        const LuFactor held(compliance);
         if (!(held.determinant() > 0)) return false;
         left += Eigen::MatrixXd(p.FPsi * t.row.transpose()) * held.solve_all(t.row * p.LF);
     }
@@ -271,28 +284,33 @@ template <class System> bool stable_together(System& s, const GivingProblem& p)
     return is_positive_definite(std::move(left));
 }
 
-/// As pivot(), with walls that give way.
+/// As pivot(), with walls that are compliant.
 template <class System>
-bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, double& shift,
-                  NewtonReport& report)
+bool pivot_compliant(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+                     NewtonReport& report)
 {
     const std::size_t n = s.contacts();
     std::vector<Trial>& trials = s.trial();
     const double force = 1e-3 * options.tolerance * res.scale;
     trials.resize(n);
     std::vector<bool> matters(n);
+
+    // ---- Contacts that take part
     for (std::size_t k = 0; k < n; ++k) {
         initial_status(s.contact(k), trials[k]);
         matters[k] = trials[k].status != 0 || s.contact(k).gap < kNearContact * s.contact(k).radius;
     }
     const auto raise = [&] {
-        shift = shift > 0 ? 4 * shift : std::max(kLeastShift * s.softest(), s.kept_shift() / 16);
-        return shift <= kLargestShift * s.softest();
+        shift =
+            shift > 0 ? 4 * shift : std::max(kLeastShift * s.min_stiffness(), s.last_shift() / 16);
+        return shift <= kLargestShift * s.min_stiffness();
     };
-    GivingProblem p;
+    CompliantProblem p;
     std::vector<typename System::Row> port;
     std::vector<Change> wrong(n);
     bool found = false;
+
+    // ---- Rounds: pivot, then add contacts that came near
     for (int round = 0; round < kMostRounds; ++round) {
         std::vector<int> which;
         for (std::size_t k = 0; k < n; ++k)
@@ -322,7 +340,7 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
         };
         if (!factor()) return false;
 
-        Patience patience;
+        StallCounter patience;
         Eigen::VectorXd rho, motion;
         found = false;
         for (int trial = 0; trial < kMostTrials && !found; ++trial) {
@@ -333,9 +351,9 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
             const TrialSystem t = trial_system(s, p.walls.which);
             rho = t.fixed;
             bool even = p.even;
-            if (t.give.size() > 0) {
+            if (t.compliance.size() > 0) {
                 Eigen::MatrixXd G = Eigen::MatrixXd(t.row * p.W) * t.basis;
-                G.diagonal() += t.give;
+                G.diagonal() += t.compliance;
                 const LuFactor lu(G);
                 rho -= t.basis * lu.solve(t.row * (p.q + p.W * t.fixed));
                 even = even == (lu.determinant() > 0);
@@ -370,8 +388,8 @@ bool pivot_giving(System& s, const Residual& res, const NewtonOptions& options, 
                 }
                 continue;
             }
-            turn_some(s, wrong, count, patience,
-                      [&](std::size_t k) { change(s.contact(k), trials[k], wrong[k].kind); });
+            flip_statuses(s, wrong, count, patience,
+                          [&](std::size_t k) { change(s.contact(k), trials[k], wrong[k].kind); });
         }
         // d = M^-1 (-g + U ((R + Theta) x + Psi rho))
         Eigen::VectorXd forces(5 * m);

@@ -129,18 +129,18 @@ Eigen::VectorXd read(const SoftTube& tube, ByteReader& in)
 
 void save_tangent(const SoftTube& tube, ByteWriter& out)
 {
-    if (tube.beyond()) save(*tube.tangent_at(), out);
+    if (tube.hyperelastic()) save(*tube.tangent_at(), out);
 }
 
 Eigen::VectorXd read_tangent(const SoftTube& tube, ByteReader& in)
 {
-    return tube.beyond() ? read(tube, in) : Eigen::VectorXd();
+    return tube.hyperelastic() ? read(tube, in) : Eigen::VectorXd();
 }
 
 void restore_tangent(SoftTube& tube, const Eigen::VectorXd& at)
 {
-    if (!tube.beyond() || at == *tube.tangent_at()) return;
-    if (!tube.move_tangent(std::make_shared<const Eigen::VectorXd>(at)))
+    if (!tube.hyperelastic() || at == *tube.tangent_at()) return;
+    if (!tube.relinearise(std::make_shared<const Eigen::VectorXd>(at)))
         ByteReader::refuse("a wall without a tangent");
 }
 
@@ -169,7 +169,7 @@ std::vector<std::shared_ptr<WallState>> read_walls(const std::vector<WireWall>& 
     std::vector<std::shared_ptr<WallState>> all;
     for (const WireWall& w : walls) {
         all.emplace_back();
-        if (!w.soft || !w.soft->beyond()) continue;
+        if (!w.soft || !w.soft->hyperelastic()) continue;
         all.back() = std::make_shared<WallState>();
         WallState& s = *all.back();
         if (!in.value<bool>()) s.tangent_at = std::make_shared<const Eigen::VectorXd>();
@@ -190,7 +190,7 @@ std::vector<std::shared_ptr<WallState>> read_walls(const std::vector<WireWall>& 
 
 double wall_motion(const SoftVessel& vessel)
 {
-    if (vessel.tube->beyond()) return 0;
+    if (vessel.tube->hyperelastic()) return 0;
     const Eigen::VectorXd u = vessel.tube->whole_displacement();
     double most = 0;
     for (Eigen::Index i = 0; i + 2 < u.size(); i += 3)
@@ -225,7 +225,7 @@ BodyRecord record_vessel(const SoftVessel& vessel)
         stress.values.insert(stress.values.end(), s.data(), s.data() + 6);
         mises.values.push_back(von_mises(s));
     };
-    const WallMaterial* beyond = tube.beyond();
+    const WallMaterial* beyond = tube.hyperelastic();
     for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
         r.points.push_back(mesh.nodes[i] + u.segment<3>(3 * Eigen::Index(i)));
     const Mat6 C = elasticity_matrix(tube.material());

@@ -18,7 +18,7 @@ struct SoftVessel {
 
 /// How far a linear wall has moved; 0 of a hyperelastic one, whose displacements may be large [m].
 double wall_motion(const SoftVessel& vessel);
-/// What to say of a linear wall that moved by a tenth of the lumen's radius or more; else "".
+/// What to report of a linear wall that moved by a tenth of the lumen's radius or more; else "".
 std::string wall_warning(const SoftVessel& vessel, double moved);
 
 /// The solids of a scene of beams.
@@ -27,6 +27,7 @@ std::vector<SoftVessel> build_soft_vessels(const Scene& scene);
 
 /// Where a hyperelastic wall's tangent is taken; nothing of a linear one.
 void save_tangent(const SoftTube& tube, ByteWriter& out);
+/// Reads the displacement at which a wall's tangent is taken.
 Eigen::VectorXd read_tangent(const SoftTube& tube, ByteReader& in);
 /// @throws InputError  if there is no tangent
 void restore_tangent(SoftTube& tube, const Eigen::VectorXd& at);

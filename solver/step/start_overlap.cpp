@@ -50,7 +50,7 @@ bool can_resolve(BodySystem& system, const BodyOverlap& o, bool dynamic)
     constexpr double kOfThickness = 0.5;
     if (system.refs[std::size_t(o.a)].rod) return false;
     if (dynamic && std::ranges::any_of(system.refs, [](const BodyRef& b) { return b.rod; }))
-        return false; // a rod in motion would go on while others are pressed apart
+        return false; // a rod in motion would continue while others are pressed apart
     if (o.b < 0) return true;
     return o.depth < kOfThickness * std::min(system.finder.thickness(system.refs, o.a),
                                              system.finder.thickness(system.refs, o.b));
@@ -103,7 +103,7 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     const std::string& file = scene.file;
     if (std::vector<Issue> outside = ends_outside(system, scene, obstacles); !outside.empty())
         return outside;
-    constexpr double kRounded = 1 + 1e-6; // a limit that a scene meets exactly
+    constexpr double kRounded = 1 + 1e-6; // a limit that a scene reaches exactly
     std::vector<BodyOverlap> overlaps;
     system.finder.overlaps(system.refs, overlaps, true);
     const std::vector<ContactPair>& pairs = system.finder.pairs();
@@ -144,9 +144,10 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     bool some = false;
     for (const BodyOverlap& o : overlaps) {
         const StartOverlap how = o.pair >= 0 ? pairs[std::size_t(o.pair)].start_overlap
-                                             : system.finder.start_overlap_of_rest();
+                                             : system.finder.default_start_overlap();
         // The first step presses small pairs out of each other at once.
-        if (how != StartOverlap::refuse && o.pair >= 0 && pairs[std::size_t(o.pair)].small) continue;
+        if (how != StartOverlap::refuse && o.pair >= 0 && pairs[std::size_t(o.pair)].small)
+            continue;
         if (how != StartOverlap::refuse && o.pair >= 0 && can_resolve(system, o, dynamic)) {
             inside[std::size_t(o.pair)] = std::max(inside[std::size_t(o.pair)], o.depth);
             continue;

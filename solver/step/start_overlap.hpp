@@ -8,8 +8,8 @@
 namespace amontons {
 
 /// Bodies that stand in each other when the run begins, deeper than their meshes leave, and are not
-/// said to be pressed out: one finding for each pair, with depth and place.
-/// Ends of rods beyond the walls that they touch are told as such.
+/// reported to be pressed out: one finding for each pair, with depth and place.
+/// Ends of rods beyond the walls that they touch are reported as such.
 /// @param obstacles  of the scene
 std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
                                   const std::vector<Obstacle>& obstacles);

@@ -32,6 +32,7 @@ private:
 
 /// A checked scene with the text that it was read from: what change_scene() reads again.
 struct SceneText {
+    /// Text of the scene, and its file for messages.
     std::string text, file;
     std::vector<std::string> overrides; ///< "PATH=VALUE"
     Scene scene;
@@ -45,19 +46,21 @@ using SharedScene = std::shared_ptr<const SceneText>;
 SharedScene read_scene_text(std::string text, std::string file, std::vector<std::string> overrides);
 /// With more overrides; its walls are shared where they are the same. @throws InputError
 SharedScene change_scene(const SceneText& from, const std::vector<std::string>& more);
-/// What `amontons check --json` says: bodies are made, nothing is run. @throws InputError
+/// What `amontons check --json` states: bodies are made, nothing is run. @throws InputError
 std::string check_scene(const SceneText& scene);
 
-/// A step's record as it is held: never changed, shared by all that looks at it.
+/// A step's record as it is held: never changed, shared by all views of it.
 struct Told {
+    /// The step.
     StepRecord step;
     std::shared_ptr<const std::vector<std::string>> bodies; ///< names by number
 };
 using Record = std::shared_ptr<const Told>;
 
-/// A record as bytes and back, beside a simulation's state: what a step told is known again where
-/// it is gone on from. @throws InputError  as ByteReader
+/// A record as bytes and back, beside a simulation's state: what a step reported is known again
+/// where it is lost on from. @throws InputError  as ByteReader
 std::vector<std::byte> bytes_of(const StepRecord& record);
+/// A record from bytes of record_bytes().
 StepRecord record_from(const std::vector<std::byte>& bytes);
 
 /// One scene in motion. For one thread at a time.
@@ -66,7 +69,7 @@ public:
     /// @throws InputError
     SteppedScene(SharedScene scene, const SimulationOptions& options);
 
-    /// As Simulation::step; what it told is record(), and the result has no record.
+    /// As Simulation::step; what it reported is record(), and the result has no record.
     StepResult step(const std::atomic<bool>& stop,
                     double not_beyond = std::numeric_limits<double>::infinity());
     /// @param until  where advance() is to end [s]: finite, within what is left of the scene
@@ -74,21 +77,26 @@ public:
     void check_until(double until) const;
 
     Simulation& simulation() const { return *simulation_; }
+    /// The simulation; views of arrays keep it.
     std::shared_ptr<Simulation> shared() const { return simulation_; }
     const SharedScene& scene() const { return scene_; }
     const SimulationOptions& options() const { return options_; }
     const std::vector<Issue>& warnings() const { return warnings_; }
     /// Of the last step, or null before the first.
     const Record& record() const { return record_; }
+    /// Names, for contacts.
     const std::shared_ptr<const std::vector<std::string>>& body_names() const { return bodies_; }
     /// Reached [s].
     double time() const { return simulation_->so_far().time; }
+    /// End of the run [s].
     double end() const { return scene_->scene.time.end; }
+    /// True at the end of the run.
     bool done() const { return time() >= end() * (1 - 1e-12); }
-    /// What is said of the simulation where it stops.
+    /// What is reported of the simulation where it stops.
     RunSummary conclude();
 
-    /// The state goes on in the scene with other values; where it does not fit, nothing is changed.
+    /// The state continues in the scene with other values; where it does not fit, nothing is
+    /// changed.
     /// @throws InputError
     void change(const std::vector<std::string>& overrides);
     /// Everything, with the last record, for a bit-identical continuation.
@@ -99,7 +107,9 @@ public:
     void reset();
     /// Takes the state of another one of the same scene.
     void follow(const SteppedScene& other);
+    /// Ends the simulation; views remain valid.
     void close();
+    /// True after close().
     bool closed() const { return !simulation_; }
 
 private:

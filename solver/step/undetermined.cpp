@@ -18,8 +18,8 @@
 //     |W found|, in motion:                                 |u + W d| <= eps |W found|,
 //
 // with u the gaps and slips that the step has left, W of elastic bodies and springs, in motion of
-// masses, too, and a the rigid motions that go along. Groups of bodies that touch each other are
-// looked at one by one: what stands still or is led parts them. Most pairs are found to be
+// masses, too, and a the rigid motions that run along. Groups of bodies that touch each other are
+// examined one by one: what stands still or is led parts them. Most pairs are found to be
 // determined by these bounds alone; for others linear programs find the ends.
 
 namespace amontons {
@@ -230,6 +230,8 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     ReactionSet set;
     set.found = r.cwiseQuotient(scale);
     std::vector<char> judged(std::size_t(n), 1); // rows whose value is known
+
+    // ---- Balances
     for (std::size_t i = 0; i < group.items.size(); ++i) {
         const int c = group.items[i], first = rows.first[i];
         ReactionSet::Contact k;
@@ -258,7 +260,7 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
         set.contact.push_back(k);
     }
 
-    const bool moves = is_elastic(group) && !input_.dynamic; // motions go with other reactions
+    const bool moves = is_elastic(group) && !input_.dynamic; // motions follow other reactions
     const std::vector<Balance> balances = balances_of(group, rows, r);
     Eigen::Index motions = 0;
     double largest = 0;
@@ -271,6 +273,8 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
     Eigen::MatrixXd K = Eigen::MatrixXd::Zero(motions + closed, n + (moves ? motions : 0));
     set.lower = set.upper = Eigen::VectorXd::Zero(motions + closed);
     Eigen::Index at = 0;
+
+    // ---- Rows and bounds of the set
     const auto bounds = [&](double tolerance, double is) {
         // A state that was accepted is within the tolerance; where not, it is of another measure.
         if (!(std::abs(is) <= 2 * tolerance)) is = 0;
@@ -288,6 +292,7 @@ ReactionSet ForceExaminer::reactions_of(const TouchingGroup& group, const Rows& 
         return set;
     }
 
+    // ---- Gaps and slips, with elastic bodies or in motion
     const Eigen::MatrixXd W = compliance_of(group, rows);
     double size = 0;
     for (const std::size_t b : group.bodies)
@@ -368,6 +373,7 @@ Eigen::VectorXd ForceExaminer::values_of(const TouchingGroup& group, const Rows&
 
 void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
 {
+    // ---- Scale and size of the group
     double largest = 0;
     for (const std::size_t b : group.bodies) {
         largest = std::max(largest, passing_[b]);
@@ -389,10 +395,12 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
     if (judged > kMostJudged || rows.count > kMostReactions) {
         out.not_examined.push_back(fmt::format(
             "{}: {} balances and closed contacts with {} reactions; up to {} and {} are "
-            "looked at",
+            "examined",
             names(group), judged, rows.count, kMostJudged, kMostReactions));
         return;
     }
+
+    // ---- The set of reactions
     Eigen::VectorXd scale(rows.count);
     std::map<int, std::vector<std::size_t>> of_pair; // items
     for (std::size_t i = 0; i < group.items.size(); ++i) {
@@ -407,6 +415,8 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
     const ReactionSet set = reactions_of(group, rows, scale);
     ReactionRange range(set, kNoBound * largest);
     int missed = 0;
+
+    // ---- Interval of each pair
     for (const auto& [pair, items] : of_pair) {
         const ContactPair& p = system_.finder.pairs()[std::size_t(pair)];
         Eigen::VectorXd normal = Eigen::VectorXd::Zero(rows.count);

@@ -7,6 +7,7 @@
 
 namespace amontons {
 
+/// Result of the analysis of undetermined forces.
 struct UndeterminedForces {
     std::vector<UndeterminedForce> pairs;  ///< in the order of the pairs
     std::vector<std::string> not_examined; ///< what was left out, and why: a sentence each

@@ -26,7 +26,9 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
 std::vector<WireGroup> make_groups(const Scene& scene, std::vector<WireBody>& wires,
                                    std::vector<std::unique_ptr<Coaxial>>& coaxial);
 
+/// Saves reactions for a checkpoint.
 void save_reactions(const std::vector<Reaction>& reactions, ByteWriter& out);
+/// Reads reactions.
 std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in);
 
 /// What changes of a wire.
@@ -37,9 +39,11 @@ struct SavedWire {
     std::vector<Proximity> proximity;
     std::vector<std::shared_ptr<WallState>> walls; ///< as read_walls gives them
 };
+/// Saves a wire for a checkpoint.
 void save_wire(const WireBody& body, ByteWriter& out);
 /// @throws InputError  if the bytes do not fit the wire
 SavedWire read_wire(const WireBody& body, ByteReader& in);
+/// Restores a saved wire.
 void restore_wire(WireBody& body, const SavedWire& saved);
 
 } // namespace amontons

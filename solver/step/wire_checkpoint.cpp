@@ -91,7 +91,7 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     s.summary = std::move(sum);
     s.summary.steps = s.step;
     s.summary.time = s.time;
-    s.tell_branches(s.summary);
+    s.report_branches(s.summary);
 }
 
 } // namespace amontons

@@ -102,9 +102,9 @@ BeamNode node_in(const Wire& wire, const WireState& state, int i)
     return n;
 }
 
-Anchor inertia_anchor(const WireBody& b, const WireState& old, double h)
+ViscousPull inertia_pull(const WireBody& b, const WireState& old, double h)
 {
-    Anchor a;
+    ViscousPull a;
     const std::size_t n = b.wire.material.node.size();
     a.reference = b.wire.state.nodes;
     a.linear.assign(n, 0);
@@ -126,7 +126,7 @@ Anchor inertia_anchor(const WireBody& b, const WireState& old, double h)
 // What implicit Euler, damping and impact take out is the work against inertia and damping, less
 // what became kinetic energy, less what contact gave beside friction; each by the trapezoid rule
 // of the force. For an oscillator that is 1/2 m |dv|^2 + 1/2 k |dx|^2 a step. Mass that comes out
-// of the sheath brings its kinetic energy along, and the drive has given it; what goes in takes it
+// of the sheath brings its kinetic energy along, and the drive has given it; what enters takes it
 // away.
 void update_dynamics(WireBody& b, const WireState& old, const StepStart& start, double h,
                      EnergyRecord& energy)

@@ -57,7 +57,7 @@ double friction_work(const Wire& wire, const StepStart& start,
                      const std::vector<Candidate>& candidates)
 {
     double sum = 0;
-    auto b = before.begin(); // both lists go from point to point
+    auto b = before.begin(); // both lists run from point to point
     const auto leave = [&] { sum -= 0.5 * b->tangential.dot(slip_since(wire, start, *b)), ++b; };
     for (const Candidate& c : candidates) {
         if (!(c.normal > 0)) continue;

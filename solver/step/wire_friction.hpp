@@ -12,9 +12,11 @@ struct ContactBefore {
     Vec3 n;                   ///< of the wall there
     double bound = 0;         ///< mu r_n [N]
     Vec3 tangential;          ///< in space [N]
-    SoftTube* soft = nullptr; ///< of a wall that gives way, and where on it
+    SoftTube* soft = nullptr; ///< of a wall that is compliant, and where on it
+    /// Place on the wall [m, rad].
     double along = 0, around = 0;
 };
+/// Contacts and their forces at the start of a step.
 std::vector<ContactBefore> contacts_before(const Wire& wire, const std::vector<WireWall>& walls,
                                            std::vector<Proximity>& proximity);
 

@@ -94,7 +94,7 @@ NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& 
         const double shift = std::max(std::abs(to[w].insertion - b.wire.state.base_insertion),
                                       (to[w].tip - b.wire.state.tip_moved).norm());
         o.reach = std::max({o.reach, 1.35 * radius, 1.5 * shift});
-        o.longest_move = std::min(o.longest_move, 0.8 * b.grain);
+        o.longest_move = std::min(o.longest_move, 0.8 * b.element_size);
     }
     return o;
 }
@@ -153,7 +153,7 @@ GroupStart start_of(const WireGroup& g)
     return s;
 }
 
-NewtonReport solve(WireGroup& g, const GroupStart& start, const std::vector<Anchor>& anchors,
+NewtonReport solve(WireGroup& g, const GroupStart& start, const std::vector<ViscousPull>& anchors,
                    const NewtonOptions& options)
 {
     if (g.coaxial) return solve_coaxial(*g.coaxial, start.wires, start.nested, anchors, options);

@@ -11,7 +11,9 @@ namespace amontons {
 
 /// What a step changes in the wires of a group, kept in case that it is refused.
 struct GroupState {
+    /// States of the wires.
     std::vector<WireState> wires;
+    /// Reactions in the bores.
     std::vector<std::vector<Reaction>> nested;
 };
 
@@ -36,28 +38,36 @@ private:
 };
 
 GroupState state_of(const WireGroup& group);
+/// Restores a state.
 void restore(WireGroup& group, const GroupState& state);
-/// Puts the wires back and says why.
+/// Puts the wires back and gives the reason.
 void refuse(WireGroup& group, const GroupState& keep, StepReport& report, std::string why);
 
 /// Where an increment begins: slip and friction's work are counted from there.
 struct GroupStart {
+    /// What slip counts from, of each wire.
     std::vector<StepStart> wires;
+    /// Contacts at the start, of each wire.
     std::vector<std::vector<ContactBefore>> touched;
+    /// Contacts in the bores.
     CoaxialStart nested;
 };
 
+/// What a step starts from.
 GroupStart start_of(const WireGroup& group);
 
+/// Options of Newton's method for this group.
 NewtonOptions newton_options(const WireGroup& group, const std::vector<BaseTarget>& to);
 /// Adds the counts and times of a solve; its outcome is the sum's.
 void add(NewtonReport& sum, const NewtonReport& report);
-NewtonReport solve(WireGroup& group, const GroupStart& start, const std::vector<Anchor>& anchors,
-                   const NewtonOptions& options);
+/// Newton's method for the group, from `start`.
+NewtonReport solve(WireGroup& group, const GroupStart& start,
+                   const std::vector<ViscousPull>& anchors, const NewtonOptions& options);
 /// Moves the bases, with what the wires know of their contacts.
 void drive(WireGroup& group, const std::vector<BaseTarget>& to);
 
 double elastic_energy_of(const WireGroup& group); ///< [J]
+/// Loads at the bases.
 std::vector<BaseLoad> loads_of(const WireGroup& group);
 /// Of the bases from where they were to where they are, by the trapezoid rule [J].
 double base_work(const WireGroup& group, const GroupState& old,
@@ -72,7 +82,7 @@ Vec3 rotation_between(const double from[4], const double to[4]);
 BeamNode node_in(const Wire& wire, const WireState& state, int node);
 
 /// Inertia of implicit Euler as a pull towards x_n + h v_n / (1 + damping h).
-Anchor inertia_anchor(const WireBody& body, const WireState& old, double h);
+ViscousPull inertia_pull(const WireBody& body, const WireState& old, double h);
 /// Velocities and what they hold against at the end of a step; its kinetic energy and what it set
 /// free.
 void update_dynamics(WireBody& body, const WireState& old, const StepStart& start, double h,

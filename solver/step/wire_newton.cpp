@@ -16,8 +16,8 @@ namespace {
 constexpr double kCertificateRho = 1; // of the natural map, relative to WireMaterial::stiffness
 constexpr double kLost = 1e-3;        // of what soft walls are off by, relative
 
-void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K,
-                     std::vector<Node6>& g)
+void assemble_viscous_pull(const Wire& wire, const ViscousPull& anchor, BlockTridiagonal& K,
+                           std::vector<Node6>& g)
 {
     for (int i = wire.state.first + 1; i <= wire.last(); ++i) {
         const std::size_t n = std::size_t(i);
@@ -36,15 +36,15 @@ void assemble_anchor(const Wire& wire, const Anchor& anchor, BlockTridiagonal& K
     }
 }
 
-/// Where soft walls were touched and by what: for the next look at them.
+/// Where soft walls were touched and by what: for the next examine them.
 void keep_touches(Wire& wire, const NewtonWorkspace& w)
 {
     wire.state.wall_energy = 0;
     for (const Candidate& c : w.candidates)
-        wire.state.wall_energy += 0.5 * c.give * c.normal * c.normal;
-    if (!w.giving) return;
-    for (const WireWall& wall : *w.giving)
-        if (wall.soft && !wall.soft->beyond())
+        wire.state.wall_energy += 0.5 * c.compliance * c.normal * c.normal;
+    if (!w.compliant_walls) return;
+    for (const WireWall& wall : *w.compliant_walls)
+        if (wall.soft && !wall.soft->hyperelastic())
             wire.state.wall_energy += wall.soft->contact_energy();
     for (const Candidate& c : w.candidates) {
         Reaction& r = wire.state.reaction[std::size_t(c.index)];
@@ -55,9 +55,9 @@ void keep_touches(Wire& wire, const NewtonWorkspace& w)
 
 } // namespace
 
-Anchor pull_back(const Wire& wire, double stiffness)
+ViscousPull make_viscous_pull(const Wire& wire, double stiffness)
 {
-    Anchor a;
+    ViscousPull a;
     a.reference = wire.state.nodes;
     a.linear.assign(a.reference.size(), 0);
     a.angular.assign(a.reference.size(), Vec3::Zero());
@@ -85,7 +85,7 @@ NewtonWorkspace::NewtonWorkspace(const Wire& wire, std::size_t walls)
 }
 
 void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                      const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& w,
+                      const ViscousPull& anchor, const NewtonOptions& options, NewtonWorkspace& w,
                       NewtonReport& report)
 {
     const Stopwatch elements;
@@ -94,15 +94,15 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     for (int i = wire.state.first; i <= wire.last(); ++i)
         w.gradient[std::size_t(i)].column = Column6{};
     assemble_wire(wire, w.laws, w.base, w.gradient, w.foreseen);
-    if (anchor.active()) assemble_anchor(wire, anchor, w.base, w.gradient);
+    if (anchor.active()) assemble_viscous_pull(wire, anchor, w.base, w.gradient);
     report.seconds_elements += elements.seconds();
 
     const Stopwatch detection;
     w.unsettled =
         find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
-    w.giving = any_soft(walls) ? &walls : nullptr;
+    w.compliant_walls = any_soft(walls) ? &walls : nullptr;
     // Of soft walls the linearised problem knows the curvature.
-    assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.giving);
+    assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.compliant_walls);
     if (wire.tip) w.tip = hold_tip(wire, w.base, w.gradient);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
     report.seconds_detection += detection.seconds();
@@ -171,7 +171,7 @@ Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& w)
 }
 
 Residual residual_of(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
-                     const Anchor& anchor, const NewtonOptions& options, NewtonWorkspace& work)
+                     const ViscousPull& anchor, const NewtonOptions& options, NewtonWorkspace& work)
 {
     NewtonReport ignored;
     assemble_iterate(wire, walls, start, anchor, options, work, ignored);
@@ -209,7 +209,7 @@ namespace {
 
 /// With displacements of hyperelastic walls by their tangents, and their offsets as they are.
 NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
-                               const StepStart& start, const Anchor& anchor,
+                               const StepStart& start, const ViscousPull& anchor,
                                const NewtonOptions& options, NewtonWorkspace& w)
 {
     NewtonReport report;
@@ -238,7 +238,8 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
         const Stopwatch solving;
         shift = 0;
         solve_linearised(wire, w, res, options, shift, report);
-        if (report.iterations >= kIterationsBeforeClosing && !w.giving) close_active_rows(wire, w);
+        if (report.iterations >= kIterationsBeforeClosing && !w.compliant_walls)
+            close_active_rows(wire, w);
         if (shift > 0) ++report.shifted;
         report.seconds_contact += solving.seconds();
         const Stopwatch moving;
@@ -252,7 +253,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
             const Candidate& c = w.candidates[k];
             take_trial(c, w.trial[k], factor, wire.state.reaction[std::size_t(c.index)]);
         }
-        foresee_strains(wire, w.increment, factor, w.foreseen);
+        predict_strains(wire, w.increment, factor, w.foreseen);
         move_wire(wire, w.increment, factor);
         report.seconds_rest += moving.seconds();
     }
@@ -262,7 +263,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
 } // namespace
 
 NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
-                               const StepStart& start, const Anchor& anchor,
+                               const StepStart& start, const ViscousPull& anchor,
                                const NewtonOptions& options, NewtonWorkspace& w)
 {
     return balance_walls(wire, walls, options, [&](const NewtonOptions& o) {

@@ -10,6 +10,7 @@ constexpr int kMostSpacingHalvings = 20;
 /// Where a wire stands in a wall between its points of contact.
 struct WireOverlap {
     double depth = 0; ///< [m]; 0: nowhere
+    /// The deepest place [m].
     Vec3 point = Vec3::Zero();
     std::size_t wall = 0; ///< of the wire's
     /// What points of contact at such distances leave: h^2/8 times the curvatures of wall and wire;
@@ -18,11 +19,11 @@ struct WireOverlap {
     double most = 0; ///< beyond it no step is done: that tenth [m]
 };
 
-/// The place of a wire's surface that is deepest in its walls, of what is allowed there, measured on
-/// its curve between the points that may touch: at quarters of the elements, at half the distance of
-/// the points and at radii of the wire, whichever are closest. Left out: walls on foundations, whose
-/// depth is their load, and what lies in a sheath or another instrument.
-/// Cost: one look at a wall for each of these places.
+/// The place of a wire's surface that is deepest in its walls, of what is allowed there, measured
+/// on its curve between the points that may touch: at quarters of the elements, at half the
+/// distance of the points and at radii of the wire, whichever are closest. Left out: walls on
+/// foundations, whose depth is their load, and what lies in a sheath or another instrument. Cost:
+/// one examine a wall for each of these places.
 WireOverlap deepest_overlap(const WireBody& b);
 
 /// Where what is between contact points stands in a wall: closer than a quarter of the wire's least
@@ -38,7 +39,7 @@ std::string never_done(const WireOverlap& overlap, const std::string& wire,
                        const std::string& wall);
 
 /// Of a wire's overlaps in a run that with the largest depth over what is allowed. Plain numbers:
-/// they go into checkpoints as they are.
+/// they enter checkpoints as they are.
 struct WireOverlapLog {
     double depth = 0, allowed = 1; ///< [m]
     double x = 0, y = 0, z = 0;    ///< where [m]

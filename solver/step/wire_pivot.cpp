@@ -84,22 +84,23 @@ struct ChainSystem {
     std::vector<Node6>& increment() { return w.increment; }
     std::vector<Trial>& trial() { return w.trial; }
     BlockTridiagonal& matrix() { return w.system; }
-    double& kept_shift() { return w.shift; }
-    bool gives() const { return w.giving != nullptr; }
-    GivingContacts linearise_walls(std::vector<int> which)
+    double& last_shift() { return w.shift; }
+    bool has_compliant_walls() const { return w.compliant_walls != nullptr; }
+    CompliantContacts linearise_walls(std::vector<int> which)
     {
-        return amontons::linearise_walls(*w.giving, w.candidates, std::move(which), w.proximity);
+        return amontons::linearise_walls(*w.compliant_walls, w.candidates, std::move(which),
+                                         w.proximity);
     }
     std::array<ContactRow, 2> point_rows(std::size_t k) const
     {
         return amontons::point_rows(wire, w.candidates[k]);
     }
-    bool pivot_giving(const Residual& res, const NewtonOptions& options, double& shift,
-                      NewtonReport& report)
+    bool pivot_compliant(const Residual& res, const NewtonOptions& options, double& shift,
+                         NewtonReport& report)
     {
-        return pivoting::pivot_giving(*this, res, options, shift, report);
+        return pivoting::pivot_compliant(*this, res, options, shift, report);
     }
-    double softest() const
+    double min_stiffness() const
     {
         return *std::min_element(wire.material.stiffness.begin(), wire.material.stiffness.end());
     }

@@ -71,8 +71,8 @@ RecordedProblem contact_problem(const WireBody& body)
         for (Eigen::Index i = 0; i < 3 * n; ++i)
             W(i, j) = along(x, *chosen[static_cast<std::size_t>(i / 3)], row(i));
     }
-    if (n > 0) { // walls that give way
-        const Eigen::MatrixXd give = compliance_of_walls(body.walls, body.work->candidates);
+    if (n > 0) { // walls that are compliant
+        const Eigen::MatrixXd compliance = compliance_of_walls(body.walls, body.work->candidates);
         const auto direction = [&](Eigen::Index i) -> const Vec3& {
             const Candidate& c = *chosen[static_cast<std::size_t>(i / 3)];
             return i % 3 == 0 ? c.n : i % 3 == 1 ? c.t1 : c.t2;
@@ -82,7 +82,8 @@ RecordedProblem contact_problem(const WireBody& body)
         };
         for (Eigen::Index i = 0; i < 3 * n; ++i)
             for (Eigen::Index j = 0; j < 3 * n; ++j)
-                W(i, j) += direction(i).dot(give.block<3, 3>(place(i), place(j)) * direction(j));
+                W(i, j) +=
+                    direction(i).dot(compliance.block<3, 3>(place(i), place(j)) * direction(j));
     }
     for (Eigen::Index k = 0; k < n; ++k) {
         const Candidate& c = *chosen[static_cast<std::size_t>(k)];

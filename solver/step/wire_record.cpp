@@ -78,6 +78,7 @@ void record_wire(const WireBody& b, const std::string& name, int body,
                  const std::vector<int>& walls, const std::string& prefix, double cluster,
                  StepRecord& out)
 {
+    // ---- Shape and fields along the wire
     const Wire& w = b.wire;
     BeamRecord beam;
     beam.name = name;
@@ -123,6 +124,7 @@ void record_wire(const WireBody& b, const std::string& name, int body,
         beam.fields.push_back(std::move(*f));
     out.beams.push_back(std::move(beam));
 
+    // ---- Contacts
     // The candidates are of the accepted state; their reactions are the state's.
     const std::size_t first = out.contacts.size();
     std::vector<double> place;
@@ -159,6 +161,7 @@ void record_wire(const WireBody& b, const std::string& name, int body,
         largest = std::max(largest, here);
     }
 
+    // ---- Quantities
     const Vec3 tip = wire_tip(w);
     const BaseLoad load = base_load(w);
     const auto quantity = [&](const char* what, const char* unit, double value) {

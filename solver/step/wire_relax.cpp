@@ -39,9 +39,9 @@ std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
             if (b->wire.tip && i == b->wire.last()) continue;
             for (int k = 0; k < 6; ++k) {
                 seed = seed * 1664525u + 1013904223u;
-                n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b->grain : 1);
+                n.value[k] = (double(seed >> 8) / 8388608.0 - 1) * (k < 3 ? b->element_size : 1);
             }
-            // along the section's axes: no axis of space decides which way it goes
+            // along the section's axes: no axis of space decides which way it passes
             const Vec3 x = rotation_matrix(b->wire.state.nodes[std::size_t(i)].q) *
                            Vec3(n.value[0], n.value[1], n.value[2]);
             for (int k = 0; k < 3; ++k)
@@ -74,25 +74,27 @@ std::vector<std::vector<Node6>> weakest_mode(WireGroup& g)
 // were, w |dx| per node. What it dissipates is the pull's work, by the trapezoid rule over the
 // increment (the pull at its start is that left from the increment before). w follows the
 // motion: about a quarter of an element per increment.
-StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxation* part)
+StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientFlow* part)
 {
     StepReport r;
     const GroupState old = state_of(g);
     const std::vector<BaseLoad> load_before = loads_of(g);
     NewtonOptions options = newton_options(g, to);
     NewtonOptions attempt = options;
+
+    // ---- Options and the pull of the first increment
     options.max_iterations = 10;
     attempt.max_iterations = 10;
     const std::size_t wires = g.wires.size();
-    double unit = 0, grain = std::numeric_limits<double>::infinity(), energy_floor = 0;
+    double unit = 0, element_size = std::numeric_limits<double>::infinity(), energy_floor = 0;
     std::vector<std::vector<Node6>> pull(wires), pull_before(wires);
-    std::vector<Anchor> held; // of the last increment that was taken
+    std::vector<ViscousPull> held; // of the last increment that was taken
     for (std::size_t w = 0; w < wires; ++w) {
         const WireBody& b = *g.wires[w];
         const std::vector<double>& stiffness = b.wire.material.stiffness;
         unit = std::max(unit, *std::max_element(stiffness.begin(), stiffness.end()));
-        grain = std::min(grain, b.grain);
-        energy_floor = std::max(energy_floor, 1e-3 * b.scale_force * b.grain);
+        element_size = std::min(element_size, b.element_size);
+        energy_floor = std::max(energy_floor, 1e-3 * b.scale_force * b.element_size);
         pull[w].resize(b.wire.material.node.size());
         pull_before[w].resize(pull[w].size());
     }
@@ -102,7 +104,9 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
                 n.column = Column6{};
     };
     forget_pull();
-    const double target = 0.1 * grain;
+    const double target = 0.1 * element_size;
+
+    // ---- Most increments, and what has happened so far
     // A jump may take a wire as far as it is long.
     double longest = 0;
     for (const BaseTarget& t : to)
@@ -122,6 +126,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
         pushed_off = part->pushed_off;
     }
 
+    // ---- Increments: move, then try the wires at rest
     int taken = 0;
     for (r.relaxations = 0; r.relaxations < most; ++r.relaxations) {
         if (part && taken > 0 && r.newton.iterations >= part->most) break;
@@ -136,7 +141,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
         });
         if (!base_moved || lags) drive(g, to);
         bool meshed = base_moved && lags;
-        std::vector<Anchor> anchors(wires);
+        std::vector<ViscousPull> anchors(wires);
 
         // At rest already? Only without a further jump.
         if (base_moved && --until_attempt <= 0) {
@@ -164,7 +169,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
                 // An unstable equilibrium holds the flow: push it off along its weakest mode.
                 const std::vector<std::vector<Node6>> mode = weakest_mode(g);
                 for (std::size_t w = 0; w < wires; ++w)
-                    move_wire(g.wires[w]->wire, mode[w], 1e-3 * grain);
+                    move_wire(g.wires[w]->wire, mode[w], 1e-3 * element_size);
                 pushed_off = true;
                 const double now = elastic_energy_of(g);
                 r.released += energy - now;
@@ -179,13 +184,13 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
         }
 
         for (std::size_t w = 0; w < wires; ++w)
-            anchors[w] = pull_back(g.wires[w]->wire, weight / grain);
+            anchors[w] = make_viscous_pull(g.wires[w]->wire, weight / element_size);
         const NewtonReport newton = solve(g, start, anchors, options);
         add(r.newton, newton);
         double move = 0, viscous = 0;
         for (std::size_t w = 0; newton.converged && w < wires; ++w) {
             const WireBody& b = *g.wires[w];
-            const Anchor& anchor = anchors[w];
+            const ViscousPull& anchor = anchors[w];
             for (int i = b.wire.state.first + 1; i <= b.wire.last(); ++i) {
                 const std::size_t k = std::size_t(i);
                 const BeamNode &a = anchor.reference[k], &c = b.wire.state.nodes[k];
@@ -233,8 +238,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
             base_moved = true;
         }
         // Another mesh holds the same shape with another energy (what was one element with the mean
-        // of two curvatures is two, and its middle line is found anew): what goes with that is no
-        // work of the pull along the nodes' motion. There what is released is what is gone.
+        // of two curvatures is two, and its middle line is found anew): what follows that is no
+        // work of the pull along the nodes' motion. There what is released is what is lost.
         r.released += meshed ? energy - after - friction : viscous;
         r.energy.friction += friction;
         energy = after;
@@ -245,6 +250,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, Relaxatio
         failed = false;
         weight = std::max(weight, 1e-12 * unit);
     }
+
+    // ---- A part of a snap, or no equilibrium
     if (part && taken > 0) {
         r.energy.elastic = energy;
         r.energy.released = r.released;

@@ -25,7 +25,7 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
-/// Before the names of a wire's quantities: of one wire alone nothing tells it apart.
+/// Before the names of a wire's quantities: of one wire alone nothing shows it apart.
 std::string wire_prefix(const Scene& scene, std::size_t wire)
 {
     return scene.beams.size() > 1 ? scene.beams[wire].name + "_" : "";
@@ -75,7 +75,7 @@ WireSimulation::State::Unmoved WireSimulation::State::unmoved() const
     for (const WireBody& b : wires)
         u.wires.push_back({b.halvings, b.work->proximity});
     for (const SoftVessel& v : vessels)
-        u.tangents.push_back(v.tube->beyond() ? v.tube->tangent_at() : nullptr);
+        u.tangents.push_back(v.tube->hyperelastic() ? v.tube->tangent_at() : nullptr);
     u.overlap = overlap;
     u.history = history;
     u.retries = retries;
@@ -169,7 +169,7 @@ bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refu
         history[w].elastic = r.energy.elastic;
         history[w].kinetic = r.energy.kinetic;
         sum.passed_through += r.passed_through;
-        const double noticeable = 0.1 * wires[w].scale_force * wires[w].grain;
+        const double noticeable = 0.1 * wires[w].scale_force * wires[w].element_size;
         if (r.snapped && r.released > noticeable) {
             sum.snapped = true;
             summary.snaps.push_back({step + 1, t, wire_depth(wires[w].wire), r.released});
@@ -254,7 +254,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
         }
     }
     if (std::any_of(vessels.begin(), vessels.end(),
-                    [](const SoftVessel& v) { return v.tube->beyond() != nullptr; })) {
+                    [](const SoftVessel& v) { return v.tube->hyperelastic() != nullptr; })) {
         out.quantities.push_back({"wall_balances", "", double(r.newton.wall_looks)});
         out.quantities.push_back({"wall_tangents", "", double(r.newton.wall_tangents)});
     }
@@ -282,7 +282,7 @@ void WireSimulation::State::note_forces(const StepRecord& r)
             amontons::note_forces(*obstacles[o].model.surface, int(o), r.contacts, force[o]);
 }
 
-/// Looks at walls that give way as they are now: at frames, and at the end.
+/// Examines walls that yield as they are now: at frames, and at the end.
 void WireSimulation::State::note_walls()
 {
     wall_moved.resize(vessels.size(), 0);
@@ -306,7 +306,7 @@ void WireSimulation::State::note_openings(const std::vector<Vec3>& tips_before)
         WireHistory& k = history[w];
         const WireState& s = wires[w].wire.state;
         if (s.base_insertion < k.cap) {
-            // Pulled back from an opening: it may go on another way.
+            // Pulled back from an opening: it may continue another way.
             if (insertion(w, time) < k.cap)
                 k.cap = std::numeric_limits<double>::infinity(), k.opening = -1;
         }
@@ -350,10 +350,10 @@ void WireSimulation::State::finish(RunSummary& s) const
         for (int i = 0; i < 3; ++i)
             s.quantities.push_back({prefix + "tip_" + "xyz"[i], "m", tip[i]});
     }
-    tell_branches(s);
+    report_branches(s);
 }
 
-void WireSimulation::State::tell_branches(RunSummary& s) const
+void WireSimulation::State::report_branches(RunSummary& s) const
 {
     s.texts.clear();
     for (std::size_t w = 0; w < wires.size(); ++w) {
@@ -523,7 +523,7 @@ RunSummary WireSimulation::conclude(const StepResult& last)
     sum.message = last.message;
     s.finish(sum);
     s.note_walls();
-    RunSummary whole = sum; // a run that goes on says it at its own end
+    RunSummary whole = sum; // a run that continues states it at its own end
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
         if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
             whole.warnings.push_back(std::move(told));

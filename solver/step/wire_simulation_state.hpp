@@ -116,7 +116,7 @@ struct WireSimulation::State {
     std::shared_ptr<const Kept> keep() const;
     void put_back(const Kept& kept);
     /// The same with what tries that are given up leave behind: where points of contact are and are
-    /// looked for, where tangents are taken.
+    /// searched for, where tangents are taken.
     struct Unmoved {
         struct OfWire {
             int halvings = 0;
@@ -149,7 +149,7 @@ struct WireSimulation::State {
     void note_openings(const std::vector<Vec3>& tips_before);
     void note_walls();
     void finish(RunSummary& s) const;
-    void tell_branches(RunSummary& s) const;
+    void report_branches(RunSummary& s) const;
 };
 
 } // namespace amontons

@@ -51,12 +51,12 @@ StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<B
 {
     StepReport r;
     r.accepted = true;
-    const double longest = g.wires[w]->grain;
+    const double longest = g.wires[w]->element_size;
     double push = longest, tries = kTries * std::ceil((insertion - at[w].insertion) / longest);
     while (at[w].insertion < insertion) {
         if (stop || tries-- <= 0) {
             r.accepted = false;
-            r.refusal = "it goes on by ever smaller pushes only";
+            r.refusal = "insertion stalls below the smallest step";
             return r;
         }
         std::vector<BaseTarget> next = at;

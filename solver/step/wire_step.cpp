@@ -16,7 +16,7 @@ constexpr double kEnergyFloor = 0.5;
 constexpr const char* kBalanceRefused = "energy balance";
 
 /// What the mean of the loads at both ends of a step may miss of the bases' work, if in between
-/// they go from one to the other without turning back [J].
+/// they run from one to the other without turning back [J].
 double most_of_course(const WireGroup& g, const GroupState& old,
                       const std::vector<BaseLoad>& before)
 {
@@ -51,7 +51,7 @@ WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motio
         list->assign(b.wire.state.reaction.size(), Vec3::Zero());
     double EI = 0;
     for (const ElementLaw& law : b.wire.material.law) {
-        b.grain = std::max(b.grain, law.length);
+        b.element_size = std::max(b.element_size, law.length);
         EI = std::max({EI, law.S[4] / law.length, law.S[5] / law.length});
     }
     b.scale_force = EI / (b.wire.material.length * b.wire.material.length);
@@ -71,8 +71,8 @@ StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double leng
     const bool dynamic = g.wires[0]->motion.dynamic;
 
     drive(g, to);
-    std::vector<Anchor> anchors(g.wires.size());
-    if (dynamic) anchors[0] = inertia_anchor(*g.wires[0], old.wires[0], length);
+    std::vector<ViscousPull> anchors(g.wires.size());
+    if (dynamic) anchors[0] = inertia_pull(*g.wires[0], old.wires[0], length);
     const NewtonReport newton = solve(g, start, anchors, options);
     add(r.newton, newton);
     if (!newton.converged) {
@@ -93,7 +93,7 @@ StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double leng
         const WireBody& b = *g.wires[w];
         const double shift = std::abs(to[w].insertion - old.wires[w].base_insertion) +
                              (to[w].tip - old.wires[w].tip_moved).norm();
-        turned_over += b.scale_force * (shift + kEnergyFloor * b.grain);
+        turned_over += b.scale_force * (shift + kEnergyFloor * b.element_size);
     }
     const double may_miss = kEnergyShare * turned_over + most_of_course(g, old, load_before);
     if (!dynamic && !any_balance && std::abs(r.missed) > may_miss) {

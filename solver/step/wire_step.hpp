@@ -15,6 +15,7 @@ namespace amontons {
 
 /// How a wire moves in time.
 struct WireMotion {
+    /// True if masses act.
     bool dynamic = false;
     double damping = 0;        ///< mass-proportional [1/s]
     std::vector<double> mass;  ///< lumped, per node [kg]
@@ -40,32 +41,36 @@ struct WireBody {
     std::vector<WireWall> walls;
     WireMotion motion;
     WireDynamics dynamics;
+    /// Of the certificate (relative).
     double tolerance = 1e-8;
-    double grain = 0;       ///< length scale of the wire's mesh: its longest element [m]
-    double scale_force = 0; ///< EI / length^2 of the wire [N]
-    bool course = false;    ///< its balance may miss what the course of its loads can make up
-    int halvings = 0;       ///< of the distance of its contact points since it was made
+    double element_size = 0; ///< length scale of the wire's mesh: its longest element [m]
+    double scale_force = 0;  ///< EI / length^2 of the wire [N]
+    bool course = false;     ///< its balance may miss what the course of its loads can make up
+    int halvings = 0;        ///< of the distance of its contact points since it was made
     std::unique_ptr<NewtonWorkspace> work;
 };
+/// A wire with its walls, drives and tolerance.
 WireBody make_wire_body(Wire wire, std::vector<WireWall> walls, WireMotion motion,
                         double tolerance);
 
 /// What one accepted step did.
 struct StepReport {
+    /// True if the step is solved.
     bool accepted = false;
     std::string refusal; ///< why not
     NewtonReport newton; ///< sums over all its solves; residual of the last
     EnergyRecord energy; ///< increments of work, friction, released; elastic and kinetic now
     bool snapped = false;
-    double released = 0;    ///< in a snap [J]
-    double missed = 0;      ///< work that is neither elastic, friction nor released [J]
-    double missed_by = 0;   ///< of what the balance of a refused step may miss; 0: else refused
+    double released = 0; ///< in a snap [J]
+    double missed = 0;   ///< work that is neither elastic, friction nor released [J]
+    double missed_by =
+        0; ///< of what the balance of a refused step may miss; 0: else refused (share)
     bool lasting = false;   ///< no shorter step would be accepted
     int relaxations = 0;    ///< increments of the damped relaxation
     int passed_through = 0; ///< contact points beyond a wall
 };
 
-/// Where a base goes: the length of wire past the sheath's rigid end, and its twist.
+/// Where a base is: the length of wire past the sheath's rigid end, and its twist.
 struct BaseTarget {
     double insertion = 0;    ///< [m]
     double twist = 0;        ///< [rad]
@@ -76,6 +81,7 @@ struct Coaxial; // solver/step/coaxial.hpp
 
 /// Wires that are solved together: one alone, or instruments in one another.
 struct WireGroup {
+    /// The wires of the group.
     std::vector<WireBody*> wires;
     Coaxial* coaxial = nullptr;              ///< of instruments in one another
     const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: a step is refused then
@@ -93,11 +99,11 @@ StepReport try_step(WireBody& body, double insertion, double twist, double lengt
                     bool any_balance = false);
 
 /// A damped relaxation in parts: what one of them leaves to the next.
-struct Relaxation {
-    int most = 0;               ///< Newton's iterations of a part, after one increment at least
-    bool under_way = false;     ///< the wires still move ...
-    std::vector<Anchor> anchor; ///< ... and are held where they are by this pull, of each wire
-    double weight = 0;          ///< of the pull [N/m]
+struct GradientFlow {
+    int most = 0;           ///< Newton's iterations of a part, after one increment at least
+    bool under_way = false; ///< the wires still move ...
+    std::vector<ViscousPull> anchor; ///< ... and are held where they are by this pull, of each wire
+    double weight = 0;               ///< of the pull [N/m]
     std::vector<std::vector<Node6>> pull;
     int until_attempt = 1; ///< increments before the wires are tried at rest
     bool pushed_off = false;
@@ -106,9 +112,9 @@ struct Relaxation {
 /// The same by damped relaxation, for bases close to the present ones: for a state that has
 /// lost its stability. Always leaves the present branch if it is unstable.
 /// @param part  if given, wires that are not at rest at its end are left in their motion; the next
-///              call goes on from there, whatever the bases are by then
+///              call continues from there, whatever the bases are by then
 StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to,
-                      Relaxation* part = nullptr);
+                      GradientFlow* part = nullptr);
 
 /// try_step; what it refuses is relaxed. Where nothing but the balance was amiss and relaxing
 /// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.
@@ -118,6 +124,7 @@ StepReport try_or_relax(WireGroup& group, const std::vector<BaseTarget>& to);
 /// lost equilibrium, and the wire is relaxed to the next one.
 constexpr double kRelaxUnstable = 1.0 / 8, kRelaxFailed = 1.0 / 64;
 
+/// Kinetic energy of a wire [J].
 double kinetic_energy(const WireBody& body);
 
 } // namespace amontons

@@ -128,7 +128,7 @@ void Engine::stop()
     if (alive) {
         state_ = "stopped";
         reason_.clear();
-        tell_state();
+        report_state();
     }
 }
 
@@ -216,7 +216,7 @@ void Engine::launch()
     last_error_.clear();
     inputs_.clear();
     saved_at_ = now();
-    tell_state();
+    report_state();
 }
 
 void Engine::send(const Json& request)
@@ -241,7 +241,7 @@ void Engine::write_requests(int stream, int number)
             gone = n == 0 || (n < 0 && errno != EINTR);
         }
         lock.lock();
-        if (gone) break; // its end is told by who reads
+        if (gone) break; // its end is reported by who reads
     }
     lock.unlock();
     ::close(stream);
@@ -318,7 +318,7 @@ int Engine::pid() const
     return process_.pid;
 }
 
-void Engine::tell_state()
+void Engine::report_state()
 {
     tell_(Json{{"event", "engine"},
                {"state", state_},
@@ -330,7 +330,7 @@ void Engine::tell_state()
               .dump());
 }
 
-/// Asks for the state that resume() goes on from.
+/// Asks for the state that resume() continues from.
 void Engine::keep_state()
 {
     if (saving_) return;
@@ -352,6 +352,8 @@ void Engine::take_line(const std::string& line, int number)
     if (!answer.is_object()) return;
     std::unique_lock lock(mutex_);
     if (number != number_) return;
+
+    // ---- Events
     if (answer.contains("event")) {
         const std::string event = answer["event"].get<std::string>();
         if (event == "ready") {
@@ -371,7 +373,7 @@ void Engine::take_line(const std::string& line, int number)
                 to_restore_.clear();
             }
             changed_.notify_all();
-            tell_state();
+            report_state();
             return;
         }
         if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
@@ -385,9 +387,11 @@ void Engine::take_line(const std::string& line, int number)
             keep_state();
         }
         tell_(line);
-        if (event == "paused") tell_state();
+        if (event == "paused") report_state();
         return;
     }
+
+    // ---- Answers to requests
     if (!answer.contains("id") || !answer["id"].is_number_integer()) {
         if (answer.value("ok", true) == false && answer.contains("issues"))
             tell_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
@@ -402,7 +406,7 @@ void Engine::take_line(const std::string& line, int number)
     if (request.contains("page")) {
         if (ok && (what == "run" || what == "pause")) {
             state_ = what == "run" ? "running" : "paused";
-            tell_state();
+            report_state();
         }
         bool led = false;
         if (what == "set" && request.contains("path") && request["path"].is_string()) {
@@ -485,7 +489,7 @@ void Engine::read_frames(int stream, int number)
     }
 }
 
-/// The process has closed its end: tells how it ended.
+/// The process has closed its end: reports how it ended.
 void Engine::ended(int number)
 {
     std::unique_lock lock(mutex_);
@@ -507,7 +511,7 @@ void Engine::ended(int number)
     for (auto& [id, answer] : waited_for_)
         if (answer.is_null()) answer = refusal("failed", reason_, "resume, or start it again");
     changed_.notify_all();
-    tell_state();
+    report_state();
 }
 
 } // namespace amontons::studio

@@ -14,6 +14,7 @@
 
 namespace amontons::studio {
 
+/// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
 /// What is simulated, and how it goes on.
@@ -44,8 +45,8 @@ public:
     /// Ends it, now.
     void stop();
     /// Starts it again after its end, in the scene as it was changed, from the last state that it
-    /// has told of: saved where it stood still and every few seconds of a run.
-    /// @throws std::runtime_error  there is nothing to go on from
+    /// has reported of: saved where it stood still and every few seconds of a run.
+    /// @throws std::runtime_error  there is nothing to continue from
     void resume();
 
     /// Sends a request and waits for its answer.
@@ -77,7 +78,7 @@ private:
     void ended(int number);
     void write_requests(int stream, int number);
     void send(const Json& request);
-    void tell_state();
+    void report_state();
     void keep_state();
 
     const std::string program_, results_;

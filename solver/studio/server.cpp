@@ -1,5 +1,5 @@
 // The server of amontons studio: HTTP on the loopback interface, for a page that has the token.
-// docs/studio.md says what is asked and answered.
+// docs/studio.md states what is asked and answered.
 
 #include "solver/studio/engine.hpp"
 #include "solver/studio/guard.hpp"
@@ -25,7 +25,7 @@ constexpr std::size_t kMostBody = std::size_t(16) << 20; // of a request [bytes]
 constexpr std::size_t kMostConnections = 16;
 constexpr std::size_t kMostEvents = 4096; // kept for a page that is slow
 constexpr std::size_t kMostListed = 500;  // scenes and results
-constexpr int kDeepest = 5;               // folders below the root that are looked into
+constexpr int kDeepest = 5;               // folders below the root that are examined
 constexpr double kFramePatience = 2;      // [s]
 
 /// How many connections are served now, by all addresses together.
@@ -61,7 +61,7 @@ private:
     Connections& all_;
 };
 
-/// What is told to the pages, in order; each reads at its own pace.
+/// What is reported to the pages, in order; each reads at its own pace.
 class Events {
 public:
     void add(std::string line)
@@ -99,7 +99,8 @@ public:
         }
         for (; next < first_ + lines_.size(); ++next)
             text += lines_[next - first_] + "\n";
-        if (text.empty()) text = "{\"event\":\"alive\"}\n"; // a page that is gone is noticed
+        if (text.empty())
+            text = "{\"event\":\"alive\"}\n"; // a page that no longer exists is noticed
         return true;
     }
 
@@ -226,7 +227,7 @@ private:
             .count();
     }
 
-    /// Host, origin and token, before anything else is looked at.
+    /// Host, origin and token, before anything else is examined.
     httplib::Server::HandlerResponse admit(const httplib::Request& q, httplib::Response& r)
     {
         using Done = httplib::Server::HandlerResponse;

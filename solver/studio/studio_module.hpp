@@ -5,6 +5,7 @@
 // Entry point of the run-time module libamontons-studio.so: plain C, opened by the command studio
 // alone. The module serves pages; it knows no physics and links nothing of amontons.
 
+/// The entry of the module.
 extern "C" {
 
 /// What the page is served from, and where the engine is.
@@ -25,7 +26,7 @@ struct AmontonsStudio {
 };
 
 /// Serves until it is to end.
-/// @return  "" or what went wrong; lives as long as the module
+/// @return  "" or what failed; lives as long as the module
 const char* amontons_studio_serve(const AmontonsStudio* how);
 }
 

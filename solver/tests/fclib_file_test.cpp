@@ -192,7 +192,7 @@ TEST_CASE("libfclib reads what we write")
     std::free(local);
 }
 
-TEST_CASE("a problem without contacts goes through a file")
+TEST_CASE("a problem without contacts passes through a file")
 {
     FclibProblem none;
     none.local = ContactProblem{};

@@ -51,7 +51,7 @@ struct Record : StepObserver {
     }
 };
 
-/// Where the time goes, in wall time of a step [ms].
+/// Where the time is, in wall time of a step [ms].
 std::string shares(const std::vector<PhaseSeconds>& all, std::size_t skip)
 {
     if (all.size() < skip + 2) return "";

@@ -4,7 +4,7 @@
 //
 //   build/release/bin/fclib_error FILE...
 //
-// validation/solve_truth.py compares it with what amontons solve tells.
+// validation/solve_truth.py compares it with what amontons solve reports.
 
 #include "solver/fclib_file.hpp"
 

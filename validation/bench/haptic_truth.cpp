@@ -2,8 +2,9 @@
 // wire, brought to a time of the scene's path and pushed on. Forces of the full simulation, stepped
 // at every tick, against those of operators made at 100 and at 25 Hz, by the distance from the pose
 // they were made for: |F_haptic - F_full| / max(|F_full|, 0.1 N). F_full is that of a full
-// simulation that goes on from where the operator was made (what the reduction misses), or that was
-// stepped at every tick from the start (and what steps of a period miss, too: slip remembers them).
+// simulation that continues from where the operator was made (what the reduction misses), or that
+// was stepped at every tick from the start (and what steps of a period miss, too: slip remembers
+// them).
 //
 //   build/release/bin/haptic_truth examples/hapco/hexa.json [depth [m]]
 //   build/release/bin/haptic_truth examples/haptic_catheter/scene.json [from [s]]
@@ -109,7 +110,7 @@ void print_errors(double distance, std::vector<double> error)
                 100.0 * static_cast<double>(above) / static_cast<double>(error.size()));
 }
 
-/// Whether the full simulation snaps between two ticks: contacts let go, or the wire does.
+/// Whether the full simulation snaps between two ticks: contacts released, or the wire does.
 bool snaps(const std::vector<Vec3>& full, int from, int to)
 {
     for (auto i = static_cast<std::size_t>(from) + 1; i <= static_cast<std::size_t>(to); ++i)
@@ -196,7 +197,7 @@ void compare(const World& world, int ticks, const std::vector<Vec3>& full)
     }
     std::printf("operators at %g Hz: %d contacts at most, %d not published, %d ticks not solved\n",
                 1 / (ticks * kTick), contacts, none, not_solved);
-    from_here.print("that goes on from the operator's state", periods);
+    from_here.print("that continues from the operator's state", periods);
     from_start.print("of steps of a tick from the start", periods);
 }
 

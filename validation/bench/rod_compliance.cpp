@@ -47,7 +47,7 @@ Times measure(int elements, int contacts)
     rod.begin(step);
     const Eigen::VectorXd none;
     rod.linearise();
-    rod.change(rod.free_change(), none, none);
+    rod.update(rod.free_change(), none, none);
     rod.linearise();
     std::vector<Eigen::Triplet<double>> triplets;
     for (int c = 0; c < contacts; ++c) {

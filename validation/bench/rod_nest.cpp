@@ -2,7 +2,7 @@
 //
 //     rod_nest_bench [PATH=VALUE ...]   (as --set of `amontons run`)
 //
-// Every step is looked at from the nodes' places alone: least distance of the middle line from
+// Every step is examined from the nodes' places alone: least distance of the middle line from
 // itself, also on the way from step to step, and how far the wire is out of the ball.
 
 #include "validation/families/rods/nest.hpp"

@@ -35,7 +35,7 @@ Mat12 tetrahedron(const std::array<Vec3, 4>& x, double E, double nu)
     return std::abs(volume) * B.transpose() * D * B;
 }
 
-/// A meshed block whose nodes are free, or moved as `held` says.
+/// A meshed block whose nodes are free, or moved as `held` states.
 struct Block {
     std::vector<Vec3> node;
     std::vector<int> dof; ///< first unknown, -1 if held

@@ -106,7 +106,7 @@ GlobalProblem wall(const BrickWall& w)
             const double mass = std::pow(w.mass_ratio, uniform(rng));
             const bool kicked = row == w.rows / 2 && column == w.columns / 2;
             const int body =
-                add_body(p, mass, box_inertia(mass, size), Vec3(0, kicked ? w.kick : 0, 0));
+                add_body(p, mass, box_inertia(mass, size), Vec3(0, kicked ? w.perturb : 0, 0));
             const double x = (column + 0.5 * (row % 2)) * size[0];
             here.push_back({body, x});
             // The ground carries the first row; every other brick has one or two below it.

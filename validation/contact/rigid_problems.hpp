@@ -24,7 +24,7 @@ GlobalProblem tower(const Tower& t);
 struct BrickWall {
     int rows = 4, columns = 4;
     double mass_ratio = 1; ///< masses are spread over this ratio, by the seed [-]
-    double kick = 1;       ///< of a brick in the middle, out of the wall [m/s]
+    double perturb = 1;    ///< of a brick in the middle, out of the wall [m/s]
     double mu = 0.7;
     unsigned seed = 1;
 };
@@ -39,7 +39,7 @@ struct Spheres {
 };
 GlobalProblem spheres(const Spheres& s);
 
-/// Slender rods that slide on their lower ends and lean on one another: the normal reaction of a
+/// Slender rods that slide on their lower ends and rest on one another: the normal reaction of a
 /// sliding end is mostly made by its own friction (Painlevé).
 struct Rods {
     int count = 12;

@@ -18,7 +18,7 @@ enum class Answer {
     done_or_bad_input ///< an answer, or a field that is not allowed here
 };
 
-/// The same problem said otherwise.
+/// The same problem specified otherwise.
 struct Twin {
     std::string name;
     Json scene;

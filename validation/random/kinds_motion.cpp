@@ -26,7 +26,8 @@ bool is_euler(const Json& time)
     return !time.contains("theta") && !time.contains("rule");
 }
 
-/// Potential and kinetic energy of one body by height and the told kinetic energy, over the run.
+/// Potential and kinetic energy of one body by height and the reported kinetic energy, over the
+/// run.
 std::string energy_kept(const WrittenRun& run, const std::string& body, double mass, double share)
 {
     const std::vector<double> z = run.history.values(body + "_z"),
@@ -39,7 +40,7 @@ std::string energy_kept(const WrittenRun& run, const std::string& body, double m
         most = std::max(most, mass * kGravity * std::abs(z[i] - z[0]));
     }
     if (high <= share * most && low >= -share * most) return "";
-    return fmt::format("the energy goes from {:.3g} to {:.3g} of the largest change of potential "
+    return fmt::format("the energy runs from {:.3g} to {:.3g} of the largest change of potential "
                        "energy, right is 0 within {:g}",
                        low / most, high / most, share);
 }

@@ -11,7 +11,7 @@ namespace {
 
 constexpr double kQuarterTurn = 1.5707963267948966;
 // Other numbers of steps, frictionless: a thousandth where meshes meet (their contacts come and
-// go), the hundredfold of the accuracy where a linear body meets an obstacle.
+// go), the hundredfold of the accuracy where a linear body touches an obstacle.
 constexpr double kMeshSteps = 1e-3, kLinearSteps = 1e-6;
 
 /// A number of steps from one to ten.
@@ -150,7 +150,7 @@ RandomScene draw_paddle(Draw& draw)
             const double force = std::hypot(pair_force(run, "paddle", "block", 0),
                                             pair_force(run, "paddle", "block", 1));
             return force > 0 ? std::string()
-                             : "the paddle went through the block or into it without a force";
+                             : "the paddle passed through the block or into it without a force";
         };
     return s;
 }
@@ -327,7 +327,7 @@ RandomScene draw_edge_through_edge(Draw& draw)
     s.answer = Answer::done_or_refused;
     s.right = [](const WrittenRun& run) {
         return pair_force(run, "up", "low", 2) > 0 ? std::string()
-                                                   : "one bar went through the other";
+                                                   : "one bar passed through the other";
     };
     s.order = kEitherSide;
     return s;

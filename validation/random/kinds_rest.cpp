@@ -170,7 +170,7 @@ RandomScene draw_turned_holds(Draw& draw)
     s.drawn = fmt::format("{} cells{}", n, free ? ", one axis free" : "");
     s.steps = 1e-6;
     s.right = [=](const WrittenRun& run) -> std::string {
-        // The nodes that are highest along the block's own z moved as they were told, along the
+        // The nodes that are highest along the block's own z moved as they were reported, along the
         // world's axes.
         const VtkText& end = run.frames.back().parts.at("block");
         const RigidMotion start = start_of(run.body.at("block"));
@@ -180,8 +180,9 @@ RandomScene draw_turned_holds(Draw& draw)
             if (own.z() < 0.5 * m.size * (1 - 1e-9)) continue;
             for (int k = free ? 1 : 0; k < 3; ++k)
                 if (std::abs(moved[k] - move[k]) > 1e-9 * m.size)
-                    return fmt::format("a held node moved by {:.6g} m along {}, told are {:.6g} m",
-                                       moved[k], "xyz"[k], move[k]);
+                    return fmt::format(
+                        "a held node moved by {:.6g} m along {}, reported are {:.6g} m", moved[k],
+                        "xyz"[k], move[k]);
         }
         return "";
     };

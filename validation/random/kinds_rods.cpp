@@ -261,7 +261,7 @@ RandomScene draw_wire_in_tube(Draw& draw)
         wire["introducer"] = {{"centreline", {{"file", "line.csv"}}},
                               {"normal", draw.chance(0.5) ? Json{0, 0, 1} : Json{0, 1, 0}}};
         s.files = {{"line.csv", "x,y,z\n0,0,0\n0.005,0,0\n0.01,0,0\n"}};
-        // At the line's start the wire goes along x: a normal along z or y is across it.
+        // At the line's start the wire runs along x: a normal along z or y is across it.
     }
     if (draw.chance(0.3)) wire["drive"]["twist"] = Json::array({{3, 0}, {7, draw.real(-3, 3)}});
     Json contact = pair("wire", "tube", friction);

@@ -34,7 +34,7 @@ struct Worst {
     void add(double value, double allowed, const std::string& what, double time)
     {
         const double here = value / allowed;
-        if (here <= share) return; // NaN goes on
+        if (here <= share) return; // NaN continues
         share = here;
         text = what + ": " + size_text("", value, allowed, time);
     }

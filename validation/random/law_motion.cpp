@@ -127,8 +127,8 @@ void check_columns(const WrittenRun& run, double floor, std::vector<Finding>& fo
                             friction[i] - released[i];
         if (!(std::abs(here - error[i]) <= 1e-9 * all + 1e-300 + 1e-12 * std::abs(elastic[0])))
             return found.push_back(
-                {"energy", fmt::format("step {}: the columns leave {:.3g} J, told are {:.3g} J", i,
-                                       here, error[i])});
+                {"energy", fmt::format("step {}: the columns leave {:.3g} J, reported are {:.3g} J",
+                                       i, here, error[i])});
         const double bad = run.dynamic() ? std::max(-here, -released[i]) : std::abs(here);
         const bool told = run.warnings() > 0 || i + 1 < h.rows.size(); // at the end of the run
         const double limit = (told ? kNever : kTold) * all + floor;
@@ -181,7 +181,7 @@ std::vector<Finding> check_energy(const WrittenRun& run)
             if (!(std::abs(stored - start - told) <= kRecomputed * all + floor)) {
                 found.push_back(
                     {"energy",
-                     fmt::format("t = {:g} s: the cells store {:.6g} J, told are {:.6g} J",
+                     fmt::format("t = {:g} s: the cells store {:.6g} J, reported are {:.6g} J",
                                  frame.time, stored - start, told)});
                 break;
             }
@@ -190,7 +190,7 @@ std::vector<Finding> check_energy(const WrittenRun& run)
     double work = 0;
     if (!run.dynamic() && !has_couplings(run) && work_of_holds(run, work) &&
         !(std::abs(work - h.last("work")) <= kRecomputed * all + floor))
-        found.push_back({"energy", fmt::format("the holds do {:.6g} J, told are {:.6g} J", work,
+        found.push_back({"energy", fmt::format("the holds do {:.6g} J, reported are {:.6g} J", work,
                                                h.last("work"))});
 
     if (run.dynamic() && !has_kind(run, {"solid", "rod", "beam"})) {
@@ -211,7 +211,7 @@ std::vector<Finding> check_energy(const WrittenRun& run)
             if (!(std::abs(kinetic - start - change) <= kRecomputed * (all + kinetic))) {
                 found.push_back(
                     {"energy",
-                     fmt::format("t = {:g} s: the kinetic energy changed by {:.6g} J, told are "
+                     fmt::format("t = {:g} s: the kinetic energy changed by {:.6g} J, reported are "
                                  "{:.6g} J",
                                  frame.time, kinetic - start, change)});
                 break;
@@ -262,10 +262,10 @@ std::vector<Finding> check_momentum(const WrittenRun& run)
         }
         size = std::max(size, sizes);
         if (known && !((sum - h.vector("momentum", i)).norm() <= 1e-9 * size + 1e-300))
-            return {
-                {"momentum",
-                 fmt::format("step {}: the bodies' momenta and the told sum differ by {:.3g} N s",
-                             i, (sum - h.vector("momentum", i)).norm())}};
+            return {{"momentum",
+                     fmt::format(
+                         "step {}: the bodies' momenta and the reported sum differ by {:.3g} N s",
+                         i, (sum - h.vector("momentum", i)).norm())}};
         if (!alone) continue;
         // Impulses act and react; what their solution leaves is of the accuracy that is asked.
         const double off = (h.vector("momentum", i) - h.vector("momentum", 0)).norm(),
@@ -321,8 +321,7 @@ std::vector<Finding> check_joints(const WrittenRun& run)
                 const double length =
                     c.contains("length") ? c.at("length").get<double>() : (to - at).norm();
                 const double force = std::abs(c.value("stiffness", 0.0) * (apart.norm() - length));
-                const std::string column =
-                    fmt::format("{}_on_{}_coupling_{}_force", a, b, number);
+                const std::string column = fmt::format("{}_on_{}_coupling_{}_force", a, b, number);
                 if (row < 1 || !run.history.has_vector(column)) continue;
                 const double told =
                     run.history.vector(column, static_cast<std::size_t>(row)).norm();
@@ -332,7 +331,7 @@ std::vector<Finding> check_joints(const WrittenRun& run)
                     continue;
                 found.push_back(
                     {"joints",
-                     fmt::format("t = {:g} s: spring {} pulls with {:.6g} N by its ends, told "
+                     fmt::format("t = {:g} s: spring {} pulls with {:.6g} N by its ends, reported "
                                  "are {:.6g} N",
                                  frame.time, number, force, told)});
                 break;

@@ -115,7 +115,7 @@ private:
     SceneResult& result_;
 };
 
-/// The end of a run that is right as it is, without looking at what it wrote.
+/// The end of a run that is right as it is, without examining what it wrote.
 bool right_without_answer(Answer expected, int exit_code)
 {
     if (exit_code == kRefusedCode) return expected == Answer::done_or_refused;

@@ -22,7 +22,7 @@ bool is_clock(const std::string& column)
     return column.find("seconds") != std::string::npos || column == "remark";
 }
 
-/// Columns that say how an answer was found, or sizes of rounding errors.
+/// Columns that state how an answer was found, or sizes of rounding errors.
 bool is_of_the_way(const std::string& name)
 {
     static const char* const words[] = {
@@ -95,9 +95,9 @@ std::vector<Finding> compare_bits(const WrittenRun& run, const WrittenRun& other
     return {};
 }
 
-/// What a run says itself that its forces may be off by: contacts that jump at a step's end leave
+/// What a run states itself that its forces may be off by: contacts that jump at a step's end leave
 /// up to 1 % (docs/theory/certificate.md, "Contacts that jump").
-double told_difference(const WrittenRun& run)
+double reported_difference(const WrittenRun& run)
 {
     for (const Json& w : run.manifest.value("warnings", Json::array()))
         if (w.get<std::string>().find("contacts jump at its end") != std::string::npos) return 0.01;
@@ -220,7 +220,8 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
 
     const double rounding = 10 * scale_of(run).rounding;
     const double least_energy = scale_of(run).accuracy * scale["N"] * scale["m"];
-    const double tolerance = std::max({v.tolerance, told_difference(run), told_difference(other)});
+    const double tolerance =
+        std::max({v.tolerance, reported_difference(run), reported_difference(other)});
     double worst = tolerance;
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there,
@@ -279,7 +280,8 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
         for (int k = 0; k < 3; ++k) {
             const int axis = column_of(stem + "_" + "xyz"[k], sign);
             now[k] = axis < 0 ? std::nan("") : sign * b.rows.back()[std::size_t(axis)] / factor;
-            // A pair's force is told on the first of the two, whichever of the names comes first.
+            // A pair's force is reported on the first of the two, whichever of the names comes
+            // first.
             judge(stem + "_" + "xyz"[k], value[k], now[k], unit);
         }
     }

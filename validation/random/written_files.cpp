@@ -116,7 +116,7 @@ std::vector<WrittenFrame> read_frames(const std::string& folder, const std::stri
         const double time = std::strtod(attribute(tag, "timestep").c_str(), nullptr);
         if (frames.empty() || frames.back().time != time) {
             if (!frames.empty() && time < frames.back().time)
-                throw std::runtime_error(collection + ": times go back");
+                throw std::runtime_error(collection + ": times return");
             frames.push_back({time, {}});
         }
         const std::string file = folder + "/" + plain_text(attribute(tag, "file"));

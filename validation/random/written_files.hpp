@@ -74,7 +74,7 @@ struct WrittenRun {
     std::size_t warnings() const;
 };
 
-/// @throws std::runtime_error  says which file is not whole, or at odds with another
+/// @throws std::runtime_error  states which file is not whole, or at odds with another
 WrittenRun read_run(const std::string& folder);
 
 /// Places or directions of a JSON list of three numbers.

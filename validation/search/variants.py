@@ -4,7 +4,7 @@
     validation/search/variants.py --program PATH [--kinds a,b] [--count 20] [--seed 1] [--jobs 1]
                                   [--reference-program PATH] [--cache DIR] [--keep DIR] [--json FILE]
 
-Each kind is a function that draws a scene and says what is right for it: a closed form, a law, or the same
+Each kind is a function that draws a scene and states what is right for it: a closed form, a law, or the same
 scene with many small steps, a fine mesh or a reach chosen by hand. README.md beside this file lists the kinds.
 Prints a table kind x outcome and every WRONG with the path of its scene. Exit 1 if an answer is WRONG, a run
 crashes, or more than 5 % of a kind are refused where that is not right; else 0.
@@ -150,7 +150,7 @@ def warnings_of(result, output):
 
 
 def overlap_of(result, output):
-    """Worst overlap of the surfaces in any step [m]: of the certificate, or of the history; None if neither says."""
+    """Worst overlap of the surfaces in any step [m]: of the certificate, or of the history; None if neither states."""
     worst = result.get("certificate", {}).get("worst_overlap")
     try:
         with (output / "history.csv").open() as file:
@@ -270,7 +270,7 @@ def samples_of(triangles, longest):
 
 
 class Inside:
-    """Says whether a point is inside a closed surface, by the crossings of a line askew to everything."""
+    """Whether a point is inside a closed surface, by the crossings of a line askew to everything."""
 
     TURN = (0.3141, -0.2718, 0.1618)
 
@@ -1454,7 +1454,7 @@ KINDS = {f.__name__: f for f in (
 
 
 # ---------------------------------------------------------------------------------------------------------------
-# Judging and telling
+# Judging and reporting
 
 
 def judge(variant, run):
@@ -1477,7 +1477,7 @@ def judge(variant, run):
     if run.overlap is not None and run.overlap > variant.overlap_limit:
         faults.append(f"overlap of {run.overlap:.3g} m, {variant.overlap_limit:.3g} m is allowed")
     elif run.measured is not None and run.measured > variant.overlap_limit:
-        told = "none is told" if run.overlap is None else f"{run.overlap:.3g} m is told"
+        told = "none is reported" if run.overlap is None else f"{run.overlap:.3g} m is reported"
         faults.append(f"overlap of {run.measured:.3g} m at the end by the last frame, {told}, "
                       f"{variant.overlap_limit:.3g} m is allowed")
     faults = [f for f in faults if f]
@@ -1560,7 +1560,7 @@ def main():
     parser.add_argument("--jobs", type=int, default=1)
     parser.add_argument("--limit", type=float, default=60, help="seconds for a run")
     parser.add_argument("--cache", type=pathlib.Path, help="folder where references are kept")
-    parser.add_argument("--keep", type=pathlib.Path, help="folder for scenes that went wrong (default: a new one)")
+    parser.add_argument("--keep", type=pathlib.Path, help="folder for scenes that failed (default: a new one)")
     parser.add_argument("--json", type=pathlib.Path, help="file for all records")
     parser.add_argument("--list", action="store_true", help="print the kinds and end")
     options = parser.parse_args()

@@ -1,6 +1,6 @@
 #!/usr/bin/env bash
 # The studies that ship with the docs: validation/studies/run.sh [PROGRAM] [RESULTS=docs/results] [WORK=out]
-# Each goes on where it was stopped (amontons study); tables and plots go to RESULTS.
+# Each continues where it was stopped (amontons study); tables and plots are passed to RESULTS.
 set -euo pipefail
 cd "$(dirname "$0")/../.."
 program=${1:-build/release/bin/amontons}

@@ -7,7 +7,7 @@
 #include <utility>
 #include <vector>
 
-// What a study keeps of each point that was run, so that it can go on where it stopped.
+// What a study keeps of each point that was run, so that it can continue where it stopped.
 
 namespace amontons::study {
 

@@ -13,23 +13,23 @@ namespace amontons::study {
 
 struct Row {
     Point point;
-    double value = 0; ///< of the quantity; NaN if there is none
+    double value = 0;                ///< of the quantity; NaN if there is none
     std::optional<std::string> text; ///< of a quantity in words: it has no value and no error
     double error = 0; ///< relative to the reference; absolute if that is 0; NaN if there is none
     double seconds = 0, cpu_seconds = 0; ///< [s]
-    double unknowns = 0, steps = 0;      ///< NaN if the run did not say
+    double unknowns = 0, steps = 0;      ///< NaN if the run did not state
     std::string status, reason;
     bool on_front = false;     ///< no other row is both quicker and more accurate
-    bool is_reference = false; ///< the finest: its error says nothing
+    bool is_reference = false; ///< the finest: its error gives no information
 };
 
 /// Rows that differ in the refined parameter alone.
 struct Series {
     std::string name; ///< "bodies.a.mesh.element=T10", "" if there is only one
     std::vector<std::size_t> rows;
-    double order = 0;  ///< least squares; NaN if fewer than two errors are known, or one rises
+    double order = 0; ///< least squares; NaN if fewer than two errors are known, or one rises
     std::vector<double> orders; ///< between neighbours that are done
-    bool falls = true; ///< every error is below that of the coarser neighbour
+    bool falls = true;          ///< every error is below that of the coarser neighbour
 };
 
 enum class ReferenceKind { value, file, finest };
@@ -56,8 +56,8 @@ struct Table {
     double reference = 0; ///< NaN if nothing is done yet
     std::vector<Row> rows;
     std::vector<Series> series;
-    int refined = -1; ///< the sweep along which orders are observed; -1: none has numbers
-    double order = 0; ///< of the only series; NaN if there are several
+    int refined = -1;    ///< the sweep along which orders are observed; -1: none has numbers
+    double order = 0;    ///< of the only series; NaN if there are several
     bool by_cpu = false; ///< times of front and plot are processor times
     std::vector<AddedRow> added;
 };

@@ -50,7 +50,7 @@ class BadBodies(unittest.TestCase):
         (self.folder / "a.json").write_text(json.dumps(scene))
 
     def refused(self, file, place, found, allowed):
-        """One of the issues is this one; the run wrote nothing; check says the same."""
+        """One of the issues is this one; the run wrote nothing; check states the same."""
         before = sorted(self.folder.iterdir())
         for command, words in (("check", []), ("run", ["--output", "out"])):
             result = self.call(command, *words)

@@ -104,7 +104,7 @@ class CaseFolder(unittest.TestCase):
         self.assertIn("README.md", refused(self.bare("unread")))
         self.assertIn("no such file", refused("./nowhere"))
         self.assertIn("a folder with a case.json", refused("no-such-case"))
-        # What only a run can tell.
+        # What only a run can determine.
         self.assertIn("history.csv", refused(self.make(
             "column", measure=[{**CASE["measure"][1], "y": "tims [s]"}])))
         self.assertIn('"measure.1.quantity"', refused(self.make(

@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""Every case has its folder, whose README.md says what it is: case_readme_test.py PROGRAM CASES
+"""Every case has its folder, whose README.md states what it is: case_readme_test.py PROGRAM CASES
 
 CASES is the folder of cases that PROGRAM has to find: each of its folders is a case of `validate --list`, and
-each case is one of them, with a first paragraph. A case in C++ tells it with its result, as one of scenes does.
+each case is one of them, with a first paragraph. A case in C++ shows it with its result, as one of scenes does.
 """
 import json
 import pathlib
@@ -24,7 +24,7 @@ def main(program, cases):
     mistakes += [f"{c['case']} has no {what}" for c in listed for what in ("about", "verified") if not c[what].strip()]
     mistakes += [f"{f} is no case" for f in sorted(folders - {c["folder"] for c in listed})]
     said = {c["case"]: (c["about"], c["verified"]) for c in listed}
-    mistakes += [f"{r['case']}: its result does not say what the list says" for r in answer(*QUICK)
+    mistakes += [f"{r['case']}: its result does not state what the list states" for r in answer(*QUICK)
                  if (r.get("about"), r.get("verified")) != said[r["case"]]]
     print("\n".join(mistakes) or f"{len(listed)} cases")
     return 1 if mistakes else 0

@@ -47,7 +47,7 @@ const char* const kDone =
 
 } // namespace
 
-TEST_CASE("a folder's numbers are compared as it says")
+TEST_CASE("a folder's numbers are compared as it specifies")
 {
     const FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 2e-3},
         {"quantity": "q", "reference": 2, "tolerance": 1e-3, "error": "absolute", "scale": -1},
@@ -59,7 +59,7 @@ TEST_CASE("a folder's numbers are compared as it says")
     CHECK(!rows[2].passed());
 }
 
-TEST_CASE("a text passes where it is the same, and says what it is where not")
+TEST_CASE("a text passes where it is the same, and states what it is where not")
 {
     const FolderCase c = parse(R"({"quantity": "branch", "reference": "left"},
         {"quantity": "branch", "reference": ""}, {"quantity": "status", "reference": "done"})");
@@ -221,7 +221,7 @@ TEST_CASE("a curve is held to its largest distance and where the run has no valu
     std::filesystem::remove_all(folder);
 }
 
-TEST_CASE("all that is wrong with a case is said with its place")
+TEST_CASE("all that is wrong with a case is reported with its place")
 {
     CHECK(issues_of_case(R"({"quantity": "q", "reference": 1, "tolerance": 1})").empty());
     const std::string all = issues_of_case(R"({"quantity": "q", "refernce": 1, "tolerance": -1},
@@ -242,7 +242,7 @@ TEST_CASE("all that is wrong with a case is said with its place")
     CHECK_THROWS_WITH_AS(without_readme(), doctest::Contains("README.md"), InputError);
 }
 
-TEST_CASE("what a case is its README says in its first paragraph")
+TEST_CASE("what a case is its README states in its first paragraph")
 {
     const std::string folder =
         (std::filesystem::temp_directory_path() / ("amontons_about" + std::to_string(::getpid())))

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""amontons haptic from outside: what goes wrong in use is said, and the force goes to zero.
+"""amontons haptic from outside: what fails in use is reported, and the force tends to zero.
 
 haptic_test.py PROGRAM
 """
@@ -216,7 +216,7 @@ class Virtual(Case):
         self.assertEqual(report["contacts"]["left_out"], 5)
 
     def test_a_device_that_falls_silent_while_it_is_damped(self):
-        # Pressed 9 mm before anything was earned, drawn away at 0.95 m/s, and gone.
+        # Pressed 9 mm before anything was earned, drawn away at 0.95 m/s, and lost.
         way = [(0, 0, 0, 0), (0.02, 0, 0, -0.009), (0.8, 0, 0, -0.009), (0.808, 0, 0, -0.0014)]
         report, trace, _ = self.felt("--device", self.path(way), "--virtual-time", "--duration", 1)
         self.assertEqual(report["state"], "device lost")
@@ -234,8 +234,8 @@ class Virtual(Case):
             self.assertLess(max(b - a for a, b in zip(forces, forces[1:])), 0.05)
 
     def test_a_tool_that_jams_between_two_walls_is_not_thrown_about(self):
-        # They lean by 0.1, less than friction: what holds the ball is of the past, and in some ticks
-        # sweeps go to and fro between answers that are newtons apart.
+        # They are inclined by 0.1, less than friction: what holds the ball is of the past, and in some ticks
+        # sweeps alternate between answers that are newtons apart.
         def wall(side):
             return {"kind": "obstacle", "surface": {"generate": "plane", "centre": [side * 0.0105, 0, 0],
                                                     "axis": [-side, 0, 0.1]}}

@@ -136,7 +136,7 @@ class Large(unittest.TestCase):
         self.assertEqual(self.call("run", "scene.json", program=str(alone)).returncode, 0)
 
     def test_without_mpi_or_petsc(self):
-        """The module is there, what it needs is not: said as bad input, and factors go on."""
+        """The module is there, what it needs is not: stated as bad input, and factors continue."""
         module = pathlib.Path(PROGRAM).parent.parent / "lib/amontons/libamontons-petsc.so"
         needed = [line.split()[0] for line in subprocess.run(
             ["ldd", str(module)], capture_output=True, text=True).stdout.splitlines()]
@@ -230,7 +230,7 @@ class Large(unittest.TestCase):
 
     @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
     def test_a_run_goes_on_with_another_number_of_ranks(self):
-        """Stopped on two ranks, gone on with on three: the answer of a run that nothing stopped."""
+        """Stopped on two ranks, continued with on three: the answer of a run that nothing stopped."""
         self.write(block((4, 4, 3), end=8, step=0.25))
         linear = ("--output", "out", "--set", "solver.linear=distributed")
         process = subprocess.Popen([MPIRUN, "-n", "2", PROGRAM, "run", "scene.json", *linear], cwd=self.folder,

@@ -64,7 +64,7 @@ TEST_CASE("a case that measures nothing fails and what it leaves out does not co
     CHECK(!CaseResult{}.passed());
 }
 
-TEST_CASE("what is left out and what misses its source's tolerance is told with its reason")
+TEST_CASE("what is left out and what misses its source's tolerance is reported with its reason")
 {
     CaseResult r;
     r.name = "bend";

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What `check` foretells of memory, and what a run says of the modules that it has mapped.
+"""What `check` foretells of memory, and what a run states of the modules that it has mapped.
 
 memory_test.py PROGRAM
 """

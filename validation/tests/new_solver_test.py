@@ -81,7 +81,7 @@ class NewSolver(unittest.TestCase):
             for name, value in ours["quantities"].items():
                 if name.startswith(("block_on_", "box_on_")) and "force" in name:
                     self.assertAlmostEqual(mine["quantities"][name], value, delta=1e-5 * 12, msg=name)
-            # Steps were handed over: each is solved as the file says, by whoever judges it.
+            # Steps were handed over: each is solved as the file specifies, by whoever judges it.
             for file in sorted((folder / "out/record").glob("*.hdf5")):
                 judged = subprocess.run([PROGRAM, "solve", file, "--judge", "--tolerance", "1e-6", "--json"],
                                         capture_output=True, text=True)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""docs/outputs.md names everything that runs of all examples write, and check --quantities what they tell.
+"""docs/outputs.md names everything that runs of all examples write, and check --quantities what they report.
 
 outputs_test.py PROGRAM
 """

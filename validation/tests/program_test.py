@@ -90,7 +90,7 @@ class Case(unittest.TestCase):
                               timeout=100, **options)
 
     def refused(self, *arguments, says=(), command="check"):
-        """Exit code 2, the words on stderr, nothing on stdout but JSON that says the same."""
+        """Exit code 2, the words on stderr, nothing on stdout but JSON that states the same."""
         result = self.call(command, *arguments)
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertEqual(result.stdout, "")
@@ -238,7 +238,7 @@ class Resume(Case):
                      command="run", says=["another scene"])
 
     def files(self, directory):
-        """All results by name, without what tells the time or the folder."""
+        """All results by name, without what reports the time or the folder."""
         found = {}
         for file in sorted((self.folder / directory).rglob("*")):
             name = str(file.relative_to(self.folder / directory))
@@ -649,7 +649,7 @@ class Output(Case):
         self.assertEqual(answer.stdout.strip(), "--resume", answer.stderr)
 
     def test_small_scenes_load_no_heavy_library(self):
-        """Of a beam and of a rigid body, by what the loader says from the first to the last moment."""
+        """Of a beam and of a rigid body, by what the loader states from the first to the last moment."""
         (self.folder / "box.json").write_text(json.dumps({
             "schema": 1,
             "bodies": {"plate": {"kind": "obstacle", "surface": {"generate": "plane"}},
@@ -668,7 +668,7 @@ class Output(Case):
             for said in self.folder.glob("loader.*"):
                 loaded += said.read_text(errors="replace")
                 said.unlink()
-            self.assertIn("libc.so", loaded) # the loader did say
+            self.assertIn("libc.so", loaded) # the loader did state
             for library in ("libmpi", "libpetsc", "libvtk", "libCGAL", "libhdf5", "libamontons-",
                             "libcholmod", "libblas", "libopenblas"):
                 self.assertNotIn(library, loaded)
@@ -755,7 +755,7 @@ class Solve(Case):
                 self.assertEqual(judged[key], ours[key])
             for key in ("error", "worst_penetration", "worst_cone_violation"):
                 self.assertAlmostEqual(judged[key], ours[key], delta=1e-3 * abs(ours[key]) + 1e-15)
-            # The same reaction is none to a tolerance that it does not meet.
+            # The same reaction is none to a tolerance that it does not touch.
             strict = self.call("solve", solved, "--judge", "--tolerance", str(0.1 * ours["error"]), "--json")
             if ours["error"] > 1e-13:
                 self.assertEqual((strict.returncode, json.loads(strict.stdout)["status"]), (3, "stagnated"))

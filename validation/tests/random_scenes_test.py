@@ -31,7 +31,7 @@ def check_options(program):
 
 
 def check_other_program(program):
-    """A program that crashes or says nothing is a finding, its scene is kept, and can be repeated alone."""
+    """A program that crashes or gives no information is a finding, its scene is kept, and can be repeated alone."""
     with tempfile.TemporaryDirectory() as folder:
         broken = pathlib.Path(folder, "broken")
         broken.write_text("#!/bin/sh\nkill -SEGV $$\n")

@@ -522,7 +522,7 @@ TEST_CASE("known mistakes are of kinds that exist")
     CHECK(known_reason("box_on_plane", "", "balance", "forces on box leave") == "");
 }
 
-TEST_CASE("a crash, a refusal, bad input and an answer in time are told apart")
+TEST_CASE("a crash, a refusal, bad input and an answer in time are distinguished")
 {
     TestFolder folder;
     int number = 0; // a scene that must be done

@@ -218,7 +218,7 @@ class Numbers(Case):
         forces = numbers(view["contacts"])
         self.assertEqual(len(forces), 6 * len(contacts))
         for c, at in zip(contacts, range(0, len(forces), 6)):
-            for k in range(3):  # on the wall, as the caption says
+            for k in range(3):  # on the wall, as the caption states
                 self.assertAlmostEqual(forces[at + 3 + k], -c["force"][k], delta=1e-6)
         self.assertEqual([s["name"] for s in served.view()["shapes"]], ["wire"])
         self.assertEqual([s["name"] for s in served.view(whole=True)["shapes"]], ["tube", "wire"])

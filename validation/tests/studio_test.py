@@ -230,7 +230,7 @@ class StudioTest(unittest.TestCase):
             time.sleep(0.3)
             threads = len(os.listdir(f"/proc/{s.process.pid}/task"))
             self.assertLessEqual(threads, 16 + 4)
-            self.assertGreater(threads, 16)  # the bound, and not another one, is what was met
+            self.assertGreater(threads, 16)  # the bound, and not another one, is what was found
             # The silent ones are closed, some at a time, and who asks is answered.
             self.assertEqual(s.ask("GET", "/api/state", timeout=60)[0], 200)
         finally:

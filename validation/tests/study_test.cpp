@@ -142,7 +142,7 @@ TEST_CASE("the front has every row that no other beats in both and no row more")
     CHECK(front == "10101");
 }
 
-TEST_CASE("of a quantity in words the study says how often which came out")
+TEST_CASE("of a quantity in words the study states how often which came out")
 {
     const Table t = made({"n=1,2,3,4,5"}, 0, [](const auto& x, PointRecord& r) {
         if (x[0] == 4)
@@ -161,7 +161,7 @@ TEST_CASE("of a quantity in words the study says how often which came out")
     CHECK(plot_script(t, "study").empty());
 }
 
-TEST_CASE("no order is told where errors do not fall from each row to the finer one")
+TEST_CASE("no order is reported where errors do not fall from each row to the finer one")
 {
     const auto order = [](double middle) {
         return made({"n=1,2,4,8"}, 1, [&](const auto& x, PointRecord& r) {

@@ -158,7 +158,7 @@ class Tetrahedralise(unittest.TestCase):
         self.assertAlmostEqual(info["volume"], 1, places=12)
         self.assertIn("1 hole closed", "\n".join(made["notes"]))
         both = points + [(x + 0.5, y + 0.5, z + 0.5) for x, y, z in points]
-        self.assertIn("does not meet itself",
+        self.assertIn("does not touch itself",
                       self.refused(self.write("b.obj", both, faces + [tuple(i + 8 for i in f)
                                                                       for f in faces]),
                                    "--size", "0.2"))
@@ -174,11 +174,11 @@ class Tetrahedralise(unittest.TestCase):
         self.assertIn("a local size: found 0,",
                       self.refused("cube.obj", "--size", "1", "--size-at", "0,0,0,0"))
         self.assertIn("no such file", self.refused("none.stl", "--size", "1"))
-        # The name of the mesh is looked at before anything is read.
+        # The name of the mesh is examined before anything is read.
         self.assertIn('found suffix ".xyz"',
                       self.call("tetrahedralise", "none.stl", "out.xyz", "--size", "1",
                                 code=2).stderr)
-        # What was repaired is said even where that is not enough.
+        # What was repaired is reported even where that is not enough.
         told = self.refused(self.write("d.obj", points, faces[:-1] + [(0, 0, 1)]), "--size", "0.2")
         self.assertIn("1 triangle with a vertex twice", told)
 
@@ -231,7 +231,7 @@ class Tetrahedralise(unittest.TestCase):
         made, info = self.mesh("prism.obj", "--size", "0.4", "--feature-angle", "30")
         self.assertEqual(made["face_sets"], 1 + n + 2)
         self.assertAlmostEqual(info["volume"], volume, places=12)
-        # Between corners a kept edge is followed by the size alone: that is seen, and said.
+        # Between corners a kept edge is followed by the size alone: that is seen, and stated.
         told = self.refused("prism.obj", "--size", "0.4", "--deviation", "0.005")
         self.assertIn("a vertex of the surface 0.05", told)
         self.assertIn("--feature-angle", told)
@@ -270,7 +270,7 @@ class Tetrahedralise(unittest.TestCase):
         made, info = self.mesh("knife.obj", "--size", "0.25", "--repair", str(width),
                                "--small-features", "refine", "--gradation", "1")
         self.assertEqual(info["surface"]["euler_characteristic"], 2)
-        # What is thinner than 0.8 to 1.1 widths is gone, edges lose less than a width^2 / 2.
+        # What is thinner than 0.8 to 1.1 widths is lost, edges lose less than a width^2 / 2.
         tip = [(0.6 * f * width / 0.1, 0.05 * f * f * width / 0.1 * 0.6 * width / 0.1)
                for f in (0.8, 1.1)]
         self.assertGreater(made["deviation"], tip[0][0] - 0.02)

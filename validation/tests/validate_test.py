@@ -39,7 +39,7 @@ def main(program, cases):
     for r in rows:
         assert KEYS <= r.keys(), r
         within = r["error"] is not None and r["error"] <= r["tolerance"]
-        if r["left_out"]:  # does not count; what misses its source's tolerance says so
+        if r["left_out"]:  # does not count; what misses its source's tolerance reports it
             assert r["error"] is None or r["passed"] == within, r
             left_out += 1
             print("left out {case}: {quantity}: {left_out}".format(**r))

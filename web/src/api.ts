@@ -80,7 +80,7 @@ export async function events(from: number, take: (event: any) => void, lost: () 
       }
     }
   } catch {
-    // told below
+    // reported below
   }
   lost();
 }

@@ -1,4 +1,4 @@
-// What one instant looks like, from a live frame ("AMF1") or from the files of a finished run.
+// One instant, from a live frame ("AMF1") or from the files of a finished run.
 
 export interface Field {
   readonly name: string;

@@ -1,4 +1,4 @@
-// Runs: the one that goes on, those that went before it, and folders of results.
+// Runs: the running one, those before it, and folders of results.
 
 import * as api from "./api";
 import { readPart, type Instant } from "./frames";

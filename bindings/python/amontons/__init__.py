@@ -6,7 +6,7 @@
     [1.0, -0.5, 0.0]
 
 Quantities are in SI units. Names are those of the scene's fields (docs/scene_reference.md) and of history.csv
-(docs/outputs.md). Everything that a step tells is read-only and never changes.
+(docs/outputs.md). Everything that a step reports is read-only and never changes.
 """
 
 from . import _native

@@ -44,7 +44,7 @@ class Batch:
         threads = len(os.sched_getaffinity(0)) if threads is None else threads
         if isinstance(threads, bool) or not isinstance(threads, (int, np.integer)) or not 1 <= threads <= 1024:
             refuse("threads", repr(threads), "a whole number from 1 to 1024")
-        #: The Simulations, to look at: between two calls of this batch.
+        #: The Simulations, to examine: between two calls of this batch.
         self.simulations = [Simulation(scene.changed(c) if c else scene) for c in changes]
         #: (k,) names of the inputs, the columns of `inputs`.
         self.names = list(self.simulations[0].inputs.names)
@@ -75,7 +75,7 @@ class Batch:
         at the start.
 
         Returns (count,) int8: 0 moved, 1 at its scene's end, 2 failed: it is as after its last accepted step, and
-        `messages` says why. Raises InputError, and nothing moves, if an input is out of its range.
+        `messages` gives the reason. Raises InputError, and nothing moves, if an input is out of its range.
         """
         if not isinstance(self.inputs, np.ndarray) or self.inputs.shape != self._told.shape or self.inputs.dtype != np.float64:
             found = getattr(self.inputs, "dtype", type(self.inputs).__name__)

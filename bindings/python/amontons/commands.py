@@ -90,7 +90,7 @@ def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Seq
 
     scene: a file, a Scene or a dict; what is no file as it stands is written to OUTPUT.json. sweep:
     {"time.step": [0.1, 0.05]}. quantity: a name of a run's quantities. reference: "finest", a number or a file.
-    output: the folder; a study that is there goes on. max_time: wall time of a run [s].
+    output: the folder; a study that is there continues. max_time: wall time of a run [s].
 
     {"contact_solver.function": ["", "mine"]} compares ours with one of register_solver. Where a scene or the sweep names
     functions, all its runs are made in this process, one after another (jobs: 1), and their times begin with the scene's
@@ -133,7 +133,7 @@ def validate(*cases: str | os.PathLike, suite: str | None = None,
     """Compares with published results; all cases without arguments. suite: "benchmarks", "stability" or "random".
     report: a folder for HTML, CSV and plots.
 
-    Returns a list of dicts as `amontons validate --json`; a case that failed is a row that says so.
+    Returns a list of dicts as `amontons validate --json`; a case that failed is a row that reports it.
     """
     arguments = ["validate", *(os.fspath(c) for c in cases)]
     if suite is not None:

@@ -120,11 +120,11 @@ def solve(W: Any, q: ArrayLike | None = None, mu: ArrayLike | None = None, *, ki
 
     W, q, mu, kinds, level: as ContactProblem; or W is one. tolerance: of the natural map's relative error.
     solver: "auto", "nsgs", "anderson", "uzawa", "newton" or "path". max_seconds: wall time. warm_start: (m,) a
-    reaction near the solution. analyse: also says whether W is singular or indefinite. least_norm: of several
+    reaction near the solution. analyse: also states whether W is singular or indefinite. least_norm: of several
     reactions the shortest.
 
     Returns a ContactSolution and never raises for no convergence: `if not solution` is that test, `.status` and
-    `.error` say more. Raises InputError with all that is wrong in the input.
+    `.error` give more. Raises InputError with all that is wrong in the input.
 
     >>> import amontons as am, numpy as np
     >>> s = am.solve(np.eye(3), 10 / np.sqrt(2) * np.array([-1, 1, 0]), 0.5, tolerance=1e-12)
@@ -182,7 +182,7 @@ def register_solver(name: str, function: Callable[..., ArrayLike] | None) -> Non
     (1 row). It returns the reactions r, (m,). None takes the name away.
 
     The answer is certified like our own; one that misses the tolerance, or an exception, refuses the step, and
-    SolveFailed says why. Scenes of rods or wires alone have no such problem. Raises InputError for what is no function.
+    SolveFailed gives the reason. Scenes of rods or wires alone have no such problem. Raises InputError for what is no function.
 
     >>> import amontons as am
     >>> am.register_solver("ours", lambda W, q, mu: am.solve(W, q, mu, tolerance=1e-12).reaction)

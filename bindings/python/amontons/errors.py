@@ -29,7 +29,7 @@ class WriteError(OSError):
 
 
 class ModuleMissing(ImportError):
-    """A part that is installed apart is not there; the message says what to install."""
+    """A part that is installed apart is not there; the message states what to install."""
 
 
 class InternalError(RuntimeError):

@@ -16,7 +16,7 @@ class Scene:
 
     source: a file, or a dict as json.load gives it (numpy's numbers and arrays are taken).
     set: {"contact.0.friction": 0.2}: values in place of the source's.
-    folder: where relative files are looked for; default the file's folder, of a dict the current one.
+    folder: where relative files are searched for; default the file's folder, of a dict the current one.
 
     Raises InputError with all that is wrong in `issues`.
 

@@ -26,7 +26,7 @@ class RunSummary:
     """What a run came to: names as in manifest.json and `amontons run --json`."""
 
     status: str  #: "done", "interrupted" or "failed"
-    message: str  #: why it ended; "" if nothing to say
+    message: str  #: why it ended; "" if nothing to report
     steps: int
     time: float  #: reached [s]
     quantities: Mapping  #: at the end, and largest values

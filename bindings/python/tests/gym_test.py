@@ -1,4 +1,4 @@
-"""Environments of catheters: spaces, rewards, the same bits for a seed, failures that are told."""
+"""Environments of catheters: spaces, rewards, the same bits for a seed, failures that are reported."""
 
 import doctest
 import os

@@ -36,7 +36,7 @@ class ImageTest(Case):
             a, b = np.array(points)
             volume = np.pi * radius**2 * np.linalg.norm(b - a) * magnified**2
             area = (0.1 / size) ** 2
-            # Greys are whole numbers: so strong that they tell, so weak that none is black.
+            # Greys are whole numbers: so strong that they report, so weak that none is black.
             peak = volume / area
             attenuation = min(200.0, 400.0 / peak) if peak > 1 else 100.0
             for factor in (attenuation,):
@@ -58,7 +58,7 @@ class ImageTest(Case):
         high_right = am.xray([[0.02, 0, 0.03], [0.021, 0, 0.03]], CAMERA, (50, 50), noise=0, radius=0.002)
         rows, columns = np.nonzero(high_right < 200)
         self.assertLess(rows.max(), 25)  # above the middle
-        self.assertGreater(columns.min(), 25)  # a source at -y looks along +y: x is to the right
+        self.assertGreater(columns.min(), 25)  # a source at -y points along +y: x is to the right
         behind = am.xray([[0, -2, 0], [0.1, -2, 0]], CAMERA, (50, 50), noise=0, radius=0.01)
         self.assertTrue((behind == 200).all())
 

@@ -1,4 +1,4 @@
-"""What a step tells: read-only views that stay as they are."""
+"""What a step reports: read-only views that stay as they are."""
 
 import gc
 import random

@@ -1,4 +1,4 @@
-"""Scenes from files and dicts: what is taken, refused and told."""
+"""Scenes from files and dicts: what is taken, refused and reported."""
 
 import json
 import os

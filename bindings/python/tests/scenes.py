@@ -74,7 +74,7 @@ def folder():
 
 class Case(unittest.TestCase):
     def refused(self, place, found="", allowed=""):
-        """Expects an InputError with an issue of this place that says these words."""
+        """Expects an InputError with an issue of this place that states these words."""
         case = self
 
         class Refused:

@@ -135,7 +135,7 @@ class SteppingTest(Case):
         led.inputs["plate.angle"] = 0.1
         led.inputs["plate.z"] = -0.2  # through the floor: no step leads there
         with self.assertRaises(am.SolveFailed):
-            led.step(1000)  # in parts no longer than contacts are looked for
+            led.step(1000)  # in parts no longer than contacts are searched for
         reached = led.time, led.inputs["plate.z"], led.record.quantities["plate_z"] - 0.11
         self.assertAlmostEqual(reached[1], reached[2])
         with self.assertRaises(am.SolveFailed):

@@ -1,4 +1,4 @@
-"""The stubs say what the native module has: each name, argument and property."""
+"""The stubs state what the native module has: each name, argument and property."""
 
 import ast
 import importlib.util
@@ -31,7 +31,7 @@ def declared():
 
 
 def arguments(function):
-    """Their number, as pybind11's first line of the docstring tells."""
+    """Their number, as pybind11's first line of the docstring reports."""
     line = (function.__doc__ or "").splitlines()[0]
     inside = line[line.index("(") + 1:line.rindex(") ->")] if ") ->" in line else ""
     return len(re.findall(r"\w+: ", inside))

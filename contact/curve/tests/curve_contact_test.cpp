@@ -116,7 +116,7 @@ TEST_CASE(
         }
         CHECK(crossings.size() == (way > 0.3 ? 1 : 0));
         REQUIRE(!found.empty());
-        // One that was met stays a crossing.
+        // One that was found stays a crossing.
         const double turned = std::asin(0.8 * way * 0.02 / 0.1);
         const Vec3 e(std::cos(turned), std::sin(turned), 0);
         int still = 0;
@@ -127,7 +127,7 @@ TEST_CASE(
     }
 }
 
-TEST_CASE("a gap changes as its normal says")
+TEST_CASE("a gap changes as its normal states")
 {
     int compared = 0;
     std::mt19937 random(1);
@@ -276,7 +276,7 @@ TEST_CASE("a closed curve touches itself and others the same wherever its pieces
     }
 }
 
-TEST_CASE("rods that pass through each other are told while those that slide along are not")
+TEST_CASE("rods that pass through each other are reported while those that slide along are not")
 {
     const Curve b = straight_curve({-1, 0, 0}, {1, 0, 0}, 10, 0.01);
     const auto across = [](double z, double x) {
@@ -319,7 +319,7 @@ TEST_CASE("an edge between two stations touches and contacts on a plane are the 
     CHECK(found.size() == 4);
 }
 
-TEST_CASE("the distance to a shape has the normal and the second derivative that it says")
+TEST_CASE("the distance to a shape has the normal and the second derivative that it specifies")
 {
     SurfaceMesh cube;
     for (int i = 0; i < 8; ++i)
@@ -355,7 +355,7 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
         }
         CHECK(compared > 100);
     }
-    // Triangles say what the box says, inside too.
+    // Triangles state what the box states, inside too.
     for (int k = 0; k < 200; ++k) {
         const Vec3 x(some(random), some(random), some(random));
         std::int32_t near = -1;

@@ -76,7 +76,7 @@ TEST_CASE("over a dent and a bulge neither feet nor normals nor distances jump" 
           doctest::test_suite("slow"))
 {
     // z = a (x^2 + y^2) of either sign, in faces of 0.25 that turn from one to the next by up to 30
-    // degrees: a point that goes 1e-4 at a time.
+    // degrees: a point that passes 1e-4 at a time.
     for (const ElementKind kind : kKinds)
         for (const double a : {1.0, 0.3, -0.3, -1.0}) {
             TouchingBody box = box_body(kind, {-1, -1, -1}, {1, 1, 0}, {8, 8, 2});
@@ -171,7 +171,7 @@ TEST_CASE("where faces are fine across a curve the solid's nodes touch it and no
     }
 }
 
-TEST_CASE("a curve that goes through faces or over a sharp edge has passed")
+TEST_CASE("a curve that passes through faces or over a sharp edge has passed")
 {
     TouchingBody plate = box_body(ElementKind::T4, {-1, -1, -0.01}, {1, 1, 0.01}, {4, 4, 1});
     const SharpFeatures sharp = sharp_features(plate.surface, plate.mesh.nodes);
@@ -195,7 +195,7 @@ TEST_CASE("a curve that goes through faces or over a sharp edge has passed")
     CHECK(pass_through_faces(still, still, before, surface));
 }
 
-TEST_CASE("a line through sharp edges is what its nodes say it is")
+TEST_CASE("a line through sharp edges is what its nodes state it is")
 {
     TouchingBody box = box_body(ElementKind::T10, {-1, -1, -1}, {1, 1, 1}, {3, 4, 2});
     for (Vec3& x : box.mesh.nodes)

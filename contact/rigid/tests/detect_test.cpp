@@ -370,7 +370,7 @@ TEST_CASE("stacked blocks touch in the corners of their overlap whose area is ex
 TEST_CASE("a small turn or tilt does not change where blocks rest")
 {
     // Under each small motion the corners of the overlap stay, and the gaps are those of the
-    // exact places: no contact comes or goes at once.
+    // exact places: no contact appears or disappears at once.
     std::mt19937 rng{7};
     const Box block{{1, 1, 0.5}};
     for (const double small : {1e-12, 1e-9, 1e-7, 1e-5, 1e-3, 1e-2}) {
@@ -446,7 +446,7 @@ TEST_CASE("an arch's voussoirs meet in the four corners of each joint")
     CHECK(contacts(blocks[0], {}, blocks[2], {}, 1e-3).empty());
 }
 
-TEST_CASE("card house: planks that lean on each other push apart horizontally at the apex")
+TEST_CASE("card house: planks that rest on each other push apart horizontally at the apex")
 {
     const double length = 1, thin = 0.01, lean = std::numbers::pi / 12;
     const Box plank{{thin / 2, 0.3, length / 2}};

@@ -42,7 +42,7 @@ struct Client {
 
 } // namespace
 
-TEST_CASE("a packet means what it says byte by byte")
+TEST_CASE("a packet means what it specifies byte by byte")
 {
     const UdpPacket p = pose_packet({0x01020304, -2, {1, 0, -0.5}, {0, 0, 2}});
     CHECK(std::string(p.begin(), p.begin() + 4) == "AMHP");
@@ -67,8 +67,8 @@ TEST_CASE("a packet means what it says byte by byte")
     CHECK(w.torque == Vec3(4, 5, 6));
 }
 
-TEST_CASE(
-    "poses come and forces go back and old or foreign packets are left aside and silence is told")
+TEST_CASE("poses come and forces return and old or foreign packets are left aside and silence is "
+          "reported")
 {
     UdpDevice device("0");
     REQUIRE(device.port() > 0);
@@ -104,7 +104,7 @@ TEST_CASE(
     CHECK(device.read(2).pose.position == Vec3(4, 0, 0));
 }
 
-TEST_CASE("a pose was measured when the sender's clock says and where that is none when it came")
+TEST_CASE("a pose was measured when the sender's clock states and where that is none when it came")
 {
     // Every 4 ms, held up by 0 to 3 ms.
     const double held_up[] = {0, 3, 1, 0, 2, 0, 3, 0, 0, 1, 0, 0};

@@ -219,7 +219,7 @@ TEST_CASE("a simulated hand presses the tool into the bed and drags it in virtua
         CHECK(s.largest_force > 0.2); // sent, not only computed
         CHECK(s.handover_jump < std::max(0.05, 0.02 * s.largest_force));
         CHECK(s.error.p99 < 1e-3);
-        CHECK(w.link.not_met() == 0);
+        CHECK(w.link.not_touched() == 0);
         return records;
     };
     const std::vector<TickRecord> one = play(), two = play();

@@ -13,7 +13,7 @@ namespace {
 
 /// Of the example's rod, pressed 30 mm, which it lies on loosely: friction alone holds it along its
 /// axis, so that in W a contact moves by 20 m for a newton. Then the hand moves on, an operator
-/// each 10 ms; the full simulation goes on in steps of a tick from where that was made.
+/// each 10 ms; the full simulation continues in steps of a tick from where that was made.
 struct Foretold {
     double worst = 0; ///< error of a tick
     int wrong = 0;    ///< ticks above 1 %

@@ -143,8 +143,8 @@ TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives wha
     HandPose pose = w.link->start();
     pose.position.x() += 0.0012; // 0.2 mm further than the wall
     REQUIRE(w.link->step(pose));
-    const double give = 1 / k + 0.1 / 5000; // spring, and all of the wire
-    CHECK(w.link->force().force.x() == doctest::Approx(-2e-4 / give).epsilon(1e-3));
+    const double compliance = 1 / k + 0.1 / 5000; // spring, and all of the wire
+    CHECK(w.link->force().force.x() == doctest::Approx(-2e-4 / compliance).epsilon(1e-3));
     CHECK(w.link->force().force.tail<2>().norm() < 1e-9);
 
     // The same of the operator, from before it touched to 0.4 mm further than the wall.
@@ -156,7 +156,7 @@ TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives wha
     for (const double x : {0.0, 0.0005, 0.00098, 0.0012, 0.0014}) {
         pose.position.x() = w.link->start().position.x() + x;
         const double force = loop.tick(pose, 0).wrench.force.x();
-        CHECK(force == doctest::Approx(-std::max(0.0, x - 0.001) / give).epsilon(1e-3));
+        CHECK(force == doctest::Approx(-std::max(0.0, x - 0.001) / compliance).epsilon(1e-3));
     }
 }
 
@@ -215,7 +215,7 @@ TEST_CASE("the operator of a beam foresees the next step of the full simulation"
             worst = std::max(worst, error);
             most = std::max(most, full.norm());
 
-            // At its end the operator has the step that was looked ahead; half way it has W, J and
+            // At its end the operator has the step that was predicted; half way it has W, J and
             // the stiffness as well.
             HandPose middle = pose;
             middle.position = start.position + 1e-3 * (k - 0.5) * way;
@@ -233,7 +233,7 @@ TEST_CASE("the operator of a beam foresees the next step of the full simulation"
     }
 }
 
-TEST_CASE("a contact of a wire that opens lets go of it")
+TEST_CASE("a contact of a wire that opens releases it")
 {
     // The example's catheter at 165 mm, where it rolls from one contact to the next. Springs that
     // hold both of them hold its tangent: an error of 0.68 after this millimetre.
@@ -280,7 +280,7 @@ TEST_CASE("a contact of a wire that opens lets go of it")
 TEST_CASE("contacts of a wire whose turn comes within a period are foretold when it comes")
 {
     // The example's catheter from 144 mm on at 0.1 m/s: the force turns where it rolls from one
-    // contact to the next. One look, at the period's end, is off by 3 % between.
+    // contact to the next. One evaluation, at the period's end, is off by 3 % between.
     Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_catheter/scene.json");
     place_introducers(scene);
     WireWorld w(scene);
@@ -326,7 +326,7 @@ TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy i
         CHECK(s.largest_force > 0.01);
         CHECK(s.handover_jump < std::max(0.05, 0.02 * s.largest_force));
         CHECK(s.error.p99 < 1e-3);
-        CHECK(w.link->not_met() == 0);
+        CHECK(w.link->not_touched() == 0);
     }
 }
 
@@ -365,7 +365,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
     WireBody body = make_held_rod(scene, scene.rods[0], obstacles, set.link.spring, near, warnings);
     WireGroup group{{&body}, nullptr};
     const std::vector<BaseTarget> base{{0, 0}};
-    // Down on the balls, and across them until nothing but a snap goes on.
+    // Down on the balls, and across them until nothing but a snap continues.
     HandPose pose = device_of(body.wire);
     WireState before = body.wire.state;
     int k = 0;
@@ -385,7 +385,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
 
     body.wire.state = before;
     place_device(body.wire, pose);
-    Relaxation part;
+    GradientFlow part;
     part.most = 60;
     int parts = 0, longest = 0;
     do {
@@ -409,7 +409,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
           0.05 * force.norm()); // [regression] our own run
 }
 
-TEST_CASE("by the clock a rod's snaps go on over several steps and the hand is not jerked" *
+TEST_CASE("by the clock a rod's snaps continue over several steps and the hand is not jerked" *
           doctest::test_suite("slow"))
 {
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
@@ -430,7 +430,7 @@ TEST_CASE("no operator is singular where a rod is about to fall off a ball" *
     // -440 N/m; the force of the full simulation changes by 0.06 N in all.
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
     HandPose pose = w.link->start();
-    double softest = 0, sways = 0;
+    double min_stiffness = 0, sways = 0;
     int published = 0;
     for (int k = 0; k < 400; ++k) {
         if (k < 62)
@@ -443,14 +443,14 @@ TEST_CASE("no operator is singular where a rod is about to fall off a ball" *
         ++published;
         const Condensed& c = w.link->condensed();
         const Mat3 S = c.stiffness.topLeftCorner<3, 3>();
-        softest = std::min(
-            softest,
+        min_stiffness = std::min(
+            min_stiffness,
             Eigen::SelfAdjointEigenSolver<Mat3>(0.5 * (S + S.transpose())).eigenvalues()[0]);
         if (c.W.size() > 0) sways = std::max(sways, c.W.diagonal().maxCoeff());
     }
-    MESSAGE("softest " << softest << " N/m, most compliant " << sways << " m/N");
-    CHECK(published > 380); // [regression] our own run
-    CHECK(softest > -100);  // [regression] -440 without, see above
+    MESSAGE("softest " << min_stiffness << " N/m, most compliant " << sways << " m/N");
+    CHECK(published > 380);      // [regression] our own run
+    CHECK(min_stiffness > -100); // [regression] -440 without, see above
 }
 
 TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall" *
@@ -494,7 +494,7 @@ TEST_CASE("a base that turns on and on is followed")
     CHECK(sum < 0);
     for (std::size_t k = 3 * kTurn; k < 4 * kTurn; ++k)
         CHECK(std::abs(torque[k] - torque[k - kTurn]) < 0.02 * most); // [regression] our own run
-    CHECK(w.link->not_met() == 0);
+    CHECK(w.link->not_touched() == 0);
 }
 
 TEST_CASE("a rod in the hand has the friction of the law that names its pair wherever it stands")

@@ -8,7 +8,7 @@
 using namespace amontons;
 using namespace amontons::test;
 
-// The whole tick, from sample to force, where something goes wrong. Virtual time.
+// The whole tick, from sample to force, where something fails. Virtual time.
 
 namespace {
 

@@ -25,7 +25,7 @@ struct RandomNumbers {
     bool chance(double p) { return (*this)(0, 1) < p; }
 };
 
-/// The laws of ForceOutput, from what a tick tells.
+/// The laws of ForceOutput, from what a tick reports.
 struct Laws {
     HapticOptions options;
     Vec3 before{0, 0, 0}, computed_before{0, 0, 0};

@@ -202,7 +202,7 @@ TEST_CASE("a new operator changes the force only step by step but in the end all
     const HandPose pose{{0, 0, -0.003}, turn({0.05, 0, 0})};
     publish(old, bed, pose, 0, 1);
     bed.shear = 2e4;       // the two disagree on purpose
-    bed.points.pop_back(); // and one contact is gone
+    bed.points.pop_back(); // and one contact is lost
     publish(soft, bed, pose, 0.1, 2);
     for (const double blend : {0.0, 1.0}) {
         ProxyOptions options = exact<double>();
@@ -233,7 +233,7 @@ TEST_CASE("a new operator changes the force only step by step but in the end all
     }
 }
 
-TEST_CASE("where the simulation snapped to another state the force goes there evenly")
+TEST_CASE("where the simulation snapped to another state the force changes evenly")
 {
     // What was held 4 mm deep is 26 mm away: farther than the handle can have moved it.
     ReducedOperator<double> old = planes<double>({Vec3::UnitZ()}, 0.3, 500), snapped = old;
@@ -256,7 +256,7 @@ TEST_CASE("a jump that was foreseen is followed in its tick and not taken back")
     ReducedOperator<double> fallen = op;
     fallen.contact[0].q[0] += fall;
     op.ways = 1;
-    LookedWay& way = op.way.emplace_back();
+    SampledPath& way = op.way.emplace_back();
     way.ahead << 0, 0, -1 / 0.01, 0, 0, 0;
     way.bend.resize(kMostLooks, Vec3::Zero());
     op.jump_at = jump / 0.01 - 1e-9;
@@ -348,7 +348,7 @@ TEST_CASE("a tick that meets a new operator keeps to the budget of a tick")
         MESSAGE("budget " << budget << ": error " << tick.error << ", then " << next.error
                           << ", largest change " << most << " N of " << before.norm());
         CHECK(next.converged); // in the ticks that follow
-        // The force waits for that, and goes there evenly over the period.
+        // The force waits for that, and changes evenly over the period.
         CHECK((before - exact_force).norm() < 0.05 * exact_force.norm());
         CHECK((before - first).norm() > 0.5);
         CHECK(most <
@@ -406,7 +406,8 @@ TEST_CASE("contacts that pass their force from one to the next are solved at onc
     CHECK(tick.closed < n);
 }
 
-TEST_CASE("where a new operator's normals have turned the force goes over to it and does not drop")
+TEST_CASE(
+    "where a new operator's normals have turned the force changes over to it and does not drop")
 {
     // A point slides on a wall and sways easily across it, as the end of a rod on a ball does: 17
     // degrees later its friction lies outside the cone.

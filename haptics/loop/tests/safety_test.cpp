@@ -55,7 +55,7 @@ TEST_CASE("the force comes in over half a second")
     CHECK(s.safety.faults() == 0);
 }
 
-TEST_CASE("every fault takes the force to zero in 50 ms without a step and says which")
+TEST_CASE("every fault takes the force to zero in 50 ms without a step and states which")
 {
     using Spoil = std::function<void(SafetyInput&, Wrench&)>;
     const struct {
@@ -135,7 +135,7 @@ TEST_CASE("an operator that ages loses stiffness evenly and one that comes bring
     }
 }
 
-TEST_CASE("a force is gone 50 ms after a fault however few ticks come")
+TEST_CASE("a force is lost 50 ms after a fault however few ticks come")
 {
     for (const int late : {1, 3, 7, 80}) { // periods from tick to tick
         CAPTURE(late);
@@ -146,7 +146,7 @@ TEST_CASE("a force is gone 50 ms after a fault however few ticks come")
         double last = 4, gone = -1;
         while (gone < 0 && s.k < begin + 1000) {
             const double f = s.tick([](SafetyInput& in, Wrench&) { in.device.position[0] = NAN; });
-            const double share = (s.k - begin) * kPeriod / 0.05; // what is gone by now
+            const double share = (s.k - begin) * kPeriod / 0.05; // what is lost by now
             CHECK(f == doctest::Approx(4 * std::max(0.0, 1 - share)));
             CHECK(f <= last);
             if (f == 0) gone = (s.k - begin) * kPeriod;
@@ -169,7 +169,7 @@ TEST_CASE("a force comes back no faster for ticks that are left out")
     }
 }
 
-TEST_CASE("in a fault the force goes on from what was sent and never grows")
+TEST_CASE("in a fault the force continues from what was sent and never grows")
 {
     Scene s;
     while (s.k < 1001)
@@ -217,7 +217,7 @@ TEST_CASE("a turn that is too fast is a fault and one below the limit is none")
     }
 }
 
-TEST_CASE("the speed of a device that tells its pose every 10 ms is that between its poses")
+TEST_CASE("the speed of a device that reports its pose every 10 ms is that between its poses")
 {
     for (const double speed : {0.9, 1.1}) {
         CAPTURE(speed);

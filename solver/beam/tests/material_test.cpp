@@ -22,7 +22,7 @@ template <class F> double integral(double a, double b, F f)
 
 } // namespace
 
-TEST_CASE("nodes and contact points divide the wire as its segments say")
+TEST_CASE("nodes and contact points divide the wire as its segments specify")
 {
     const WireMaterial m = make_material(test::three_segments(), 0.2);
     CHECK(m.length == test::relative(8.5).epsilon(1e-15));

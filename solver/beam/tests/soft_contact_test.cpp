@@ -87,7 +87,7 @@ Pressed some_points(SoftTube& tube)
         p.ft.push_back(0.008 * c.tangent + 0.004 * c.tangent.cross(out));
         p.r.push_back(k == 1 ? 0.06 : 0.04);
     }
-    for (int round = 0; round < 30; ++round) { // to where the wall has gone
+    for (int round = 0; round < 30; ++round) { // to where the wall is
         const Answer a = settle(tube, p);
         for (std::size_t k = 0; k < p.x.size(); ++k) {
             p.x[k] -= a.contact[k].gap * a.contact[k].n;
@@ -147,7 +147,7 @@ TEST_CASE("contacts with a soft wall: the whole derivative is that of wall and p
         CAPTURE(at.moved[k].norm());
         CHECK((at.force[k] - at.force_before[k]).norm() < 1e-12);
     }
-    const GivingContacts g = linearise_walls(walls, at.contact, {0, 1, 2, 3}, proximity);
+    const CompliantContacts g = linearise_walls(walls, at.contact, {0, 1, 2, 3}, proximity);
     CHECK(g.holds);
     Eigen::MatrixXd E = Eigen::MatrixXd::Zero(12, 12);
     for (int k = 0; k < 4; ++k)
@@ -190,7 +190,7 @@ TEST_CASE("contacts with a soft wall: the whole derivative is that of wall and p
                 left.ft[k] -= h * E.block<3, 1>(3 * (j / 3), j);
         changes(right, left, h, force, motion);
         CHECK((force - g.share.col(j)).norm() < 1e-5 * g.share.col(j).norm());
-        CHECK((motion - g.give.col(j)).norm() < 1e-5 * g.give.col(j).norm());
+        CHECK((motion - g.compliance.col(j)).norm() < 1e-5 * g.compliance.col(j).norm());
     }
 }
 
@@ -211,19 +211,19 @@ TEST_CASE(
     walls[0].wall = &tube.undeformed();
     walls[0].soft = &tube;
     std::vector<Proximity> proximity(4);
-    const GivingContacts g = linearise_walls(walls, at.contact, {0, 1, 2, 3}, proximity);
-    Eigen::MatrixXd share(12, 4), motion(4, 12), give(4, 4);
+    const CompliantContacts g = linearise_walls(walls, at.contact, {0, 1, 2, 3}, proximity);
+    Eigen::MatrixXd share(12, 4), motion(4, 12), compliance(4, 4);
     for (int k = 0; k < 4; ++k) {
         share.col(k) = g.share.col(3 * k);
         motion.row(k) = g.motion.row(3 * k);
         for (int j = 0; j < 4; ++j)
-            give(k, j) = g.give(3 * k, 3 * j);
+            compliance(k, j) = g.compliance(3 * k, 3 * j);
     }
-    const Eigen::MatrixXd springs = share * give.partialPivLu().solve(motion) - g.follow;
+    const Eigen::MatrixXd springs = share * compliance.partialPivLu().solve(motion) - g.follow;
     CHECK((springs - springs.transpose()).norm() < 1e-9 * springs.norm());
 }
 
-TEST_CASE("forces under which a soft wall has no shape are said to be so without a look around")
+TEST_CASE("forces under which a soft wall has no shape are called so without an evaluation around")
 {
     SoftTube tube = twice_bent_tube(0);
     BeamSegment g;

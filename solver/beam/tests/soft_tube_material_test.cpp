@@ -42,7 +42,7 @@ WallState settled(SoftTube& tube, const std::vector<TubeForce>& forces)
     WallState s = tube.state();
     tube.set_forces(forces);
     for (int round = 0; round < 200; ++round) {
-        REQUIRE(tube.look(s).empty());
+        REQUIRE(tube.evaluate_material(s).empty());
         const Eigen::VectorXd off = tube.imbalance(s);
         if (off.cwiseAbs().maxCoeff() < 1e-11) break;
         s.offset += tube.answer(off);
@@ -93,7 +93,7 @@ TEST_CASE("a displacement does not depend on where the tangent is taken and forc
         work = f.dot(moved[1][0] - moved[0][0]) + forces[1].force.dot(moved[1][1] - moved[0][1]);
         CHECK(energy[1] - energy[0] == test::relative(work).epsilon(1e-5));
 
-        REQUIRE(tube.move_tangent(std::make_shared<const Eigen::VectorXd>(first.u)));
+        REQUIRE(tube.relinearise(std::make_shared<const Eigen::VectorXd>(first.u)));
         tube.take(std::make_shared<const WallState>(first)); // of the tangent before
         tube.set_forces(forces);
         CHECK((tube.displacement(at) - u).norm() < 1e-10 * u.norm());

@@ -124,7 +124,7 @@ TEST_CASE("a point is pulled back to where it was: x = y + u(y) and the gradient
     CHECK((inverse * b.gradient - Mat3::Identity()).norm() < 1e-7);
 }
 
-TEST_CASE("pressure widens a long tube as Lame's solution says" * doctest::test_suite("slow"))
+TEST_CASE("pressure widens a long tube as Lame's solution states" * doctest::test_suite("slow"))
 {
     // Plane strain between its held ends: u(a) of a cylinder under internal pressure p.
     const double p = 1000, a = kTubeRadius, b = kTubeRadius + kThickness;

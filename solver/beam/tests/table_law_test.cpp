@@ -7,7 +7,7 @@
 
 using namespace amontons;
 
-TEST_CASE("a table's law is straight between its points and goes on beyond them")
+TEST_CASE("a table's law is straight between its points and continues beyond them")
 {
     const TableLaw law = make_table_law({{-3, -4}, {-1, -3}, {0, 0}, {2, 4}, {4, 5}});
     CHECK(law.at_rest == 2);

@@ -131,6 +131,8 @@ OwnRows assemble_rows(const Part& part)
     const auto mine = [&](std::int32_t k) {
         return std::size_t(k) >= begin && std::size_t(k) < begin + own;
     };
+
+    // ---- Neighbours of each node
     // Neighbours of each own node.
     std::vector<std::size_t> upper(own + 1, 0);
     for_each(part, [&](ElementKind, std::span<const std::int32_t> nodes) {
@@ -149,6 +151,8 @@ OwnRows assemble_rows(const Part& part)
                 for (const std::int32_t j : nodes)
                     neighbour[next[std::size_t(k) - begin]++] = j;
     });
+
+    // ---- Pattern of the rows
     std::vector<std::size_t> start(own + 1, 0); // of the neighbours, each once
     for (std::size_t i = 0; i < own; ++i) {
         const auto from = neighbour.begin() + std::ptrdiff_t(upper[i]),
@@ -177,6 +181,8 @@ OwnRows assemble_rows(const Part& part)
                         3 * std::size_t(part.number[std::size_t(neighbour[start[i] + k])]) + c);
         }
     }
+
+    // ---- Stiffness and mass of the elements
     const Mat6 C = elasticity_matrix({part.material[0], part.material[1], part.material[2]});
     const double of_mass = part.material[3], of_stiffness = part.material[4];
     ElementMatrix K, M;

@@ -131,7 +131,7 @@ double own_peak()
     return 1024.0 * double(usage.ru_maxrss);
 }
 
-/// Rank 0 tells the others what comes.
+/// Rank 0 reports the others what comes.
 void announce(Work work, Order order = {})
 {
     if (world.ranks == 1) return;
@@ -428,7 +428,7 @@ bool obey(const Order& o)
     return false;
 }
 
-/// One rank's failure while others wait in the same call: nobody may go on waiting.
+/// One rank's failure while others wait in the same call: nobody may continue waiting.
 [[noreturn]] void end_all(const char* what)
 {
     std::fprintf(stderr, "amontons: rank %d of %d: %s; all ranks end\n", world.rank, world.ranks,
@@ -470,7 +470,7 @@ using namespace amontons;
 EXPORT int amontons_petsc_start(char* message, int size)
 {
     if (world.started) return 0;
-    // Open MPI opens parts of itself that look for its symbols among the global ones.
+    // Open MPI opens parts of itself that search for its symbols among the global ones.
     for (const char* name : {"libmpi.so.40", "libmpi.so"})
         if (::dlopen(name, RTLD_NOW | RTLD_GLOBAL | RTLD_NOLOAD)) break;
     return guarded(message, size, [] {

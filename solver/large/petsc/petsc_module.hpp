@@ -9,7 +9,7 @@
 // Rank 0 runs the program; the others serve: they wait in amontons_petsc_serve for what rank 0
 // asks of all. Numbers of nodes are those of the caller's mesh throughout. A function that returns
 // an int gives 0, or 1 and the reason in `message`. An error on a rank while others work with it
-// ends all of them: MPI cannot go on without one.
+// ends all of them: MPI cannot continue without one.
 
 struct AmontonsElements {
     int kind; ///< an ElementKind
@@ -48,7 +48,7 @@ enum AmontonsLargeEnding {
     kLargeReached,     ///< the tolerance
     kLargeIterations,  ///< most_iterations, before the tolerance
     kLargeNoMultigrid, ///< the preconditioner cannot be made
-    kLargeBrokeDown    ///< Krylov's method cannot go on
+    kLargeBrokeDown    ///< Krylov's method cannot continue
 };
 
 struct AmontonsLargeSolve {

@@ -62,7 +62,7 @@ struct Pressed {
     {
         return LargeMatrix(mesh, pattern, material, of_mass, 1, held, true);
     }
-    /// The plane's normal leans by `tilt`; the bottom touches it everywhere.
+    /// The plane's normal is inclined by `tilt`; the bottom touches it everywhere.
     LargeContactProblem problem(double mu, double tilt)
     {
         LargeContactProblem p;
@@ -195,7 +195,7 @@ TEST_CASE("contact without W finds the forces that W gives" * doctest::test_suit
                 const double true_error =
                     certify(seen, s.r, options.tolerance, ErrorScope::acting_rows).error;
                 CHECK(true_error <= 2e-8);
-                CHECK(s.mean_give == doctest::Approx(seen.W.diagonal().mean()).epsilon(0.25));
+                CHECK(s.mean_compliance == doctest::Approx(seen.W.diagonal().mean()).epsilon(0.25));
             }
 }
 
@@ -208,7 +208,8 @@ TEST_CASE("a guess and a second problem: fewer iterations and the same forces" *
     LargeMatrix A = block.matrix();
     LargeContactOptions options;
     const LargeContactSolution cold = solve_large_contact(A, p, {}, 0, options);
-    const LargeContactSolution warm = solve_large_contact(A, p, cold.r, cold.mean_give, options);
+    const LargeContactSolution warm =
+        solve_large_contact(A, p, cold.r, cold.mean_compliance, options);
     CHECK(warm.converged);
     CHECK(warm.linear < cold.linear);
     CHECK((warm.r - cold.r).norm() <= 1e-6 * cold.r.norm());
@@ -239,7 +240,7 @@ TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
 }
 
-TEST_CASE("a linear solve that does not get there says so and what is not a number is an error" *
+TEST_CASE("a linear solve that does not get there reports it and what is not a number is an error" *
           doctest::test_suite("slow"))
 {
     if (no_module()) return;
@@ -320,7 +321,7 @@ TEST_CASE("a stop is obeyed where nothing touches too" * doctest::test_suite("sl
     CHECK(done.error <= options.tolerance);
 }
 
-TEST_CASE("matrices that are gone leave nothing behind" * doctest::test_suite("slow"))
+TEST_CASE("matrices that no longer exist leave nothing behind" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     const Pressed block(ElementKind::H8, 16);

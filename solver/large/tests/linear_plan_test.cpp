@@ -119,7 +119,7 @@ TEST_CASE("a trial shows which way is the quickest" * doctest::test_suite("slow"
     plan = block.plan();
     CHECK(plan.taken == "direct");
     CHECK(plan.tried_enough);
-    // A trial that fails leaves the factor, and says why.
+    // A trial that fails leaves the factor, and gives the reason.
     block.solids[0].held = []() -> std::vector<std::int32_t> {
         throw std::runtime_error("no sets");
     };

@@ -1,7 +1,7 @@
 #include "solver/linear/blas.hpp"
 
 #include "mesh/tests/test_program.hpp"
-#include "solver/linear/late.hpp"
+#include "solver/linear/cholmod_api.hpp"
 
 #include <atomic>
 #include <dlfcn.h>
@@ -14,7 +14,7 @@ using namespace amontons;
 TEST_CASE(
     "users of BLAS on several threads get what the least of them asks for and leave what was set")
 {
-    late(); // opens it
+    cholmod_api(); // opens it
     const auto get = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));
     const auto set =
         reinterpret_cast<void (*)(int)>(dlsym(RTLD_DEFAULT, "openblas_set_num_threads"));
@@ -46,7 +46,7 @@ TEST_CASE(
         CHECK(get() == 2);
     }
     CHECK(get() == 2);
-    std::vector<std::thread> threads; // whoever comes first and goes last
+    std::vector<std::thread> threads; // whoever comes first and is last
     for (int k = 0; k < 4; ++k)
         threads.emplace_back([] {
             for (int i = 0; i < 200; ++i)

@@ -71,7 +71,7 @@ TEST_CASE("a checkpoint with any byte changed or cut off is refused")
     CHECK_NOTHROW(read_checkpoint(good, "c"));
 }
 
-TEST_CASE("a history goes on where its checkpoint was to the same bytes")
+TEST_CASE("a history continues where its checkpoint was to the same bytes")
 {
     const TemporaryFolder folder;
     const std::string whole = folder / "whole.csv", parts = folder / "parts.csv";

@@ -144,7 +144,8 @@ TEST_CASE("the surface of a straight wire is a closed cylinder")
     CHECK(tube.points.empty());
 }
 
-TEST_CASE("contacts say on which body their force acts and the names of all bodies in its numbers")
+TEST_CASE(
+    "contacts state on which body their force acts and the names of all bodies in its numbers")
 {
     Scene scene;
     scene.obstacles.resize(1);

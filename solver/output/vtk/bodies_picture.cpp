@@ -109,7 +109,7 @@ Vec point_of(const Poly& data, vtkIdType i)
     return p;
 }
 
-template <class Action> void for_each_body(const DrawnResult& result, Action&& action)
+template <class Action> void for_each_body(const RenderData& result, Action&& action)
 {
     for (const Instant& instant : result.instants) {
         for (const Poly& body : instant.solids)
@@ -199,7 +199,7 @@ struct Plate {
 };
 
 /// @param walls  set to those that are no planes
-std::vector<Plate> plates_of(const DrawnResult& result, const Box& bodies, const Vec& towards_eye,
+std::vector<Plate> plates_of(const RenderData& result, const Box& bodies, const Vec& towards_eye,
                              std::vector<Poly>& walls)
 {
     std::vector<Plane> planes;
@@ -235,7 +235,7 @@ struct Page {
 };
 
 /// Joins contacts until there are few enough to be seen; none if that joins too much.
-void choose_contacts(const DrawnResult& result, double size, Contacts& contacts)
+void choose_contacts(const RenderData& result, double size, Contacts& contacts)
 {
     contacts.arrow = 0.16 * size;
     for (double cluster = size / 45; cluster < kLargestCluster * size; cluster *= 1.5) {
@@ -256,7 +256,7 @@ void choose_contacts(const DrawnResult& result, double size, Contacts& contacts)
     contacts.cluster = contacts.largest_force = 0;
 }
 
-void choose_stress_scale(const DrawnResult& result, Page& page)
+void choose_stress_scale(const RenderData& result, Page& page)
 {
     std::vector<double> all;
     for (const Instant& instant : result.instants)
@@ -287,7 +287,7 @@ std::string unit_name(double pascals)
     return pascals == 1 ? "Pa" : pascals == 1e3 ? "kPa" : pascals == 1e6 ? "MPa" : "GPa";
 }
 
-Page make_page(const DrawnResult& result)
+Page make_page(const RenderData& result)
 {
     Page page;
     for_each_body(result, [&](const Poly& body) {
@@ -461,7 +461,7 @@ void add_plate(vtkRenderer* renderer, const Plate& plate)
     renderer->AddActor(actor);
 }
 
-void add_panel(vtkRenderWindow* window, const Rectangle& rectangle, const DrawnResult& result,
+void add_panel(vtkRenderWindow* window, const Rectangle& rectangle, const RenderData& result,
                std::size_t which, const Page& page)
 {
     const bool large = which == 0;
@@ -493,7 +493,7 @@ void add_panel(vtkRenderWindow* window, const Rectangle& rectangle, const DrawnR
     window->AddRenderer(above);
 }
 
-vtkSmartPointer<vtkRenderer> bodies_legend(const Rectangle& rectangle, const DrawnResult& result,
+vtkSmartPointer<vtkRenderer> bodies_legend(const Rectangle& rectangle, const RenderData& result,
                                            const Page& page)
 {
     const auto renderer = renderer_of(rectangle);
@@ -541,7 +541,7 @@ vtkSmartPointer<vtkRenderer> bodies_legend(const Rectangle& rectangle, const Dra
 
 } // namespace
 
-void add_bodies_page(vtkRenderWindow* window, const DrawnResult& result)
+void add_bodies_page(vtkRenderWindow* window, const RenderData& result)
 {
     // Lines lie on the faces they belong to; they win there.
     vtkMapper::SetResolveCoincidentTopologyToPolygonOffset();

@@ -30,7 +30,7 @@ vtkSmartPointer<vtkLookupTable> table_of(const Scale& scale);
 /// Yellow to red, for the force of contacts.
 Scale make_force_scale(double largest);
 
-/// Glass: nearly clear where one looks straight at it, denser towards its outline. Its colour
+/// Glass: nearly clear where one points straight at it, denser towards its outline. Its colour
 /// is the same everywhere, so the order in which layers are blended does not matter and no
 /// depth peeling is needed.
 vtkSmartPointer<vtkActor> wall_actor(const Poly& wall, const View& view);
@@ -56,8 +56,8 @@ void aim(vtkRenderer* renderer, const View& view, const Rectangle& panel, const 
 void add_scale(vtkRenderer* renderer, const Rectangle& legend, const Scale& scale,
                const std::string& title, double top);
 
-/// Draws a window's renderers one part of the page after the other, each in a window of its own size,
-/// and writes the page. The window holds nothing then.
+/// Draws a window's renderers one part of the page after the other, each in a window of its own
+/// size, and writes the page. The window holds nothing then.
 /// @throws std::runtime_error  if the file cannot be written; nothing is left of it then
 void write_page(vtkRenderWindow* window, const std::filesystem::path& png);
 

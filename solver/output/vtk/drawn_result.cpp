@@ -143,7 +143,7 @@ void write_captions(const std::filesystem::path& history, std::vector<Instant>& 
 
 } // namespace
 
-DrawnResult read_result(const std::filesystem::path& folder)
+RenderData read_result(const std::filesystem::path& folder)
 {
     Collections collections;
     std::set<std::filesystem::path> named;
@@ -161,7 +161,7 @@ DrawnResult read_result(const std::filesystem::path& folder)
     if (named.empty())
         throw std::runtime_error(folder.string() + ": no .pvd file with frames of a run");
 
-    DrawnResult result;
+    RenderData result;
     std::vector<Poly> walls;
     result.instants.push_back(read_instant(collections, end, walls));
     std::vector<Poly> ignored; // the walls of earlier instants: the last ones serve all panels
@@ -209,7 +209,7 @@ std::vector<std::string> words_of(const Poly& data, const char* name)
 
 } // namespace
 
-std::vector<std::string> pair_names(const DrawnResult& result,
+std::vector<std::string> pair_names(const RenderData& result,
                                     const std::vector<std::vector<Cluster>>& clusters)
 {
     std::vector<std::string> names;

@@ -23,7 +23,7 @@ struct Cluster {
     Vec point{};          ///< mean of the contacts, weighted by their forces [m]
     Vec force{};          ///< sum, on the wall of a vessel, or on a pair's first body [N]
     double magnitude = 0; ///< of the sum [N]
-    std::array<int, 2> bodies{-1, -1}; ///< that meet, where they are told apart
+    std::array<int, 2> bodies{-1, -1}; ///< that meet, where they are distinguished
 };
 
 /// What a run's files hold at one instant.
@@ -37,7 +37,7 @@ struct Instant {
 };
 
 /// A finished run as it is drawn.
-struct DrawnResult {
+struct RenderData {
     std::vector<Poly> walls;
     std::vector<Instant> instants; ///< the end first, then those at 1/4, 1/2 and 3/4 of the time
 };
@@ -45,7 +45,7 @@ struct DrawnResult {
 /// Reads every .pvd of a folder and every .vtp there that no .pvd names; what a file is follows
 /// from what it holds (see amontons_vtk_render).
 /// @throws std::runtime_error  if no .pvd names a wire or a body, or a file cannot be read
-DrawnResult read_result(const std::filesystem::path& folder);
+RenderData read_result(const std::filesystem::path& folder);
 
 /// Joins contacts: the one with the largest force takes in all within `radius` [m], and so on.
 /// @param by_pair  only contacts of the same two bodies are joined, and forces are those on the
@@ -55,7 +55,7 @@ std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double 
 
 /// "B_on_A" of each pair (A, B) of clusters, as the columns of history.csv are called; empty if the
 /// files name no bodies.
-std::vector<std::string> pair_names(const DrawnResult& result,
+std::vector<std::string> pair_names(const RenderData& result,
                                     const std::vector<std::vector<Cluster>>& clusters);
 
 /// printf for one number.

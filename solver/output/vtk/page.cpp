@@ -41,7 +41,7 @@ double round_down(double value)
     return power * (digits >= 5 ? 5 : digits >= 2 ? 2 : 1);
 }
 
-View choose_view(const DrawnResult& result, Contacts& contacts)
+View choose_view(const RenderData& result, Contacts& contacts)
 {
     Extent box;
     for (const Poly& wall : result.walls)
@@ -57,7 +57,7 @@ View choose_view(const DrawnResult& result, Contacts& contacts)
     View view;
     view.size = std::max({size[0], size[1], size[2]});
     if (!(view.size > 0)) throw std::runtime_error("nothing to draw: all points coincide");
-    // Equal to within a hundredth: rather look along y, then z, so that z is up where it can be.
+    // Equal to within a hundredth: rather point along y, then z, so that z is up where it can be.
     std::size_t thin = 1;
     for (const std::size_t axis : {2, 0})
         if (size[axis] < 0.99 * size[thin]) thin = axis;

@@ -31,10 +31,10 @@ struct Contacts {
 /// The largest of 1, 2, 5 times a power of ten that is not above `value` > 0.
 double round_down(double value);
 
-/// Looks at the box of walls and wires along its thinnest side, and joins the contacts so that
+/// Examines the box of walls and wires along its thinnest side, and joins the contacts so that
 /// their arrows fit in.
 /// @throws std::runtime_error  if the box is a point
-View choose_view(const DrawnResult& result, Contacts& contacts);
+View choose_view(const RenderData& result, Contacts& contacts);
 
 /// A part of the page [pixels of the picture, from its lower left].
 struct Rectangle {

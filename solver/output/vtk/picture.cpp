@@ -74,7 +74,7 @@ vtkSmartPointer<vtkActor> wire_actor(const Poly& wire, double thinnest, const Sc
     return actor;
 }
 
-vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const DrawnResult& result,
+vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const RenderData& result,
                                    std::size_t which, const View& view, const Contacts& contacts,
                                    const Scales& scales)
 {
@@ -85,7 +85,7 @@ vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const DrawnResult
     auto renderer = renderer_of(rectangle);
     for (const Poly& wall : result.walls)
         renderer->AddActor(wall_actor(wall, view));
-    for (const Poly& solid : instant.solids) { // a wall that gives way
+    for (const Poly& solid : instant.solids) { // a wall that is compliant
         const auto faces = vtkSmartPointer<vtkPolyData>::New();
         faces->ShallowCopy(solid);
         faces->SetLines(nullptr);
@@ -114,7 +114,7 @@ vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const DrawnResult
 }
 
 /// How many times too thick the large panel draws the thinnest wire; 1 if none is.
-double thickening(const DrawnResult& result, double thinnest)
+double thickening(const RenderData& result, double thinnest)
 {
     double factor = 1;
     for (const Poly& wire : result.instants.front().wires)
@@ -124,7 +124,7 @@ double thickening(const DrawnResult& result, double thinnest)
     return factor;
 }
 
-vtkSmartPointer<vtkRenderer> wires_legend(const Layout& layout, const DrawnResult& result,
+vtkSmartPointer<vtkRenderer> wires_legend(const Layout& layout, const RenderData& result,
                                           const View& view, const Contacts& contacts,
                                           const Scales& scales)
 {
@@ -142,7 +142,7 @@ vtkSmartPointer<vtkRenderer> wires_legend(const Layout& layout, const DrawnResul
     return renderer;
 }
 
-void add_wires_page(vtkRenderWindow* window, const DrawnResult& result)
+void add_wires_page(vtkRenderWindow* window, const RenderData& result)
 {
     Contacts contacts;
     const View view = choose_view(result, contacts);
@@ -164,7 +164,7 @@ void add_wires_page(vtkRenderWindow* window, const DrawnResult& result)
 
 void write_picture(const std::filesystem::path& folder, const std::filesystem::path& png)
 {
-    const DrawnResult result = read_result(folder);
+    const RenderData result = read_result(folder);
     VirtualDisplay display; // outlives the window
     vtkNew<vtkRenderWindow> window;
     window->SetDisplayId(display.connection());

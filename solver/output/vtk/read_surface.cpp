@@ -31,7 +31,7 @@ template <typename T> T* new_array(long count)
     return array;
 }
 
-/// @throws std::runtime_error  saying what is wrong with the file
+/// @throws std::runtime_error  stating what is wrong with the file
 Triangles read_triangles(const char* path)
 {
     std::string error;

@@ -65,7 +65,7 @@ std::vector<Frame> read_collection(const std::filesystem::path& pvd, std::string
 std::vector<std::filesystem::path> collections_in(const std::filesystem::path& folder)
 {
     std::vector<std::filesystem::path> found;
-    std::error_code ignored; // an unreadable folder is an empty one; the caller says so
+    std::error_code ignored; // an unreadable folder is an empty one; the caller reports it
     for (const auto& entry : std::filesystem::directory_iterator(folder, ignored))
         if (entry.path().extension() == ".pvd") found.push_back(entry.path());
     std::sort(found.begin(), found.end());

@@ -4,7 +4,7 @@
 
 namespace amontons::vtk_module {
 
-/// While it lives, VTK's complaints go nowhere: what matters is thrown with a text of ours.
+/// While it lives, VTK's complaints are discarded: what matters is thrown with a text of ours.
 class Silence {
 public:
     Silence();

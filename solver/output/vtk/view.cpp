@@ -53,13 +53,13 @@ using namespace amontons;
 using namespace amontons::vtk_module;
 using Clock = std::chrono::steady_clock;
 
-constexpr unsigned long kLookPause = 5; // between two looks at the stream [ms]
+constexpr unsigned long kLookPause = 5; // between two examines the stream [ms]
 constexpr double kGlass = 0.2, kTransparent = 0.35;
 constexpr double kArrow = 0.15; // of the scene's size: the largest force so far
 constexpr int kLetters = 16;    // [pixels]
 
-/// Left turns the view, middle shifts it, right or the wheel goes nearer; keys as VTK's own. (VTK's
-/// trackball is in a library that brings MPI with it.)
+/// Left turns the view, middle shifts it, right or the wheel moves nearer; keys as VTK's own.
+/// (VTK's trackball is in a library that brings MPI with it.)
 class Mouse : public vtkInteractorStyle {
 public:
     static Mouse* New();
@@ -307,7 +307,7 @@ private:
         if (s.kind == ViewShape::solid) shown.mapper->SetScalarVisibility(!s.values.empty());
     }
 
-    /// One range and one table for all solids, and the bar that says what a colour means.
+    /// One range and one table for all solids, and the bar that states what a colour means.
     void show_stress()
     {
         stress_table_->SetTableRange(0, stress_ > 0 ? stress_ : 1);

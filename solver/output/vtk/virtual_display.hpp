@@ -10,7 +10,7 @@ namespace amontons::vtk_module {
 /// The Xvfb ends with this object, and with this process however that ends.
 class VirtualDisplay {
 public:
-    /// @throws std::runtime_error  if there is neither; its text says what to install
+    /// @throws std::runtime_error  if there is neither; its text specifies what to install
     VirtualDisplay();
     ~VirtualDisplay();
     VirtualDisplay(const VirtualDisplay&) = delete;

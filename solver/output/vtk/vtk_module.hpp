@@ -4,7 +4,7 @@
 // it with dlopen only when a scene asks for a picture or names a VTK surface, so that no other
 // run maps VTK. Never link the module; look the names up (they are the functions' own names).
 //
-// Every function returns 0 when it did what it says. Otherwise it returns 1, has changed
+// Every function returns 0 when it did what it specifies. Otherwise it returns 1, has changed
 // nothing, and `message` holds a sentence for the user (cut to message_size, ends with '\0').
 // No exception leaves the module.
 
@@ -15,7 +15,7 @@ extern "C" {
 /// forces on it with their scale in N, and three earlier instants. Where there is no wire: solids
 /// coloured by their stress, rigid bodies, and planes as plates below and behind them.
 ///
-/// Reads every .pvd in `result_directory` and every .vtp there that no .pvd names, and tells
+/// Reads every .pvd in `result_directory` and every .vtp there that no .pvd names, and reports
 /// what they are by what they hold: polylines are wires, points with `force` are contacts,
 /// .vtu files are solids, triangles with `velocity` rigid bodies, other triangles without `radius`
 /// are walls (those with `max_contact_force`, if any has it). Draws on an Xvfb of its own, or on
@@ -36,9 +36,9 @@ int amontons_vtk_read_surface(const char* path, double** points, long* point_cou
 /// Gives back an array of amontons_vtk_read_surface; null is allowed.
 void amontons_vtk_free(void* array);
 
-/// A window that shows what comes down `stream` (a socket; frames as view_frame.hpp says) until it
-/// is closed, or the stream ends and `stay` is 0. Says "R" up the stream when it is there, and at
-/// its end "F frames seconds". On $DISPLAY.
+/// A window that shows what comes down `stream` (a socket; frames as view_frame.hpp states) until
+/// it is closed, or the stream ends and `stay` is 0. Sends "R" up the stream when it is there, and
+/// at its end "F frames seconds". On $DISPLAY.
 int amontons_vtk_view(int stream, const char* title, int stay, char* message, int message_size);
 
 } // extern "C"

@@ -5,7 +5,7 @@
 
 using namespace amontons;
 
-// A line of a client: it is a request, or every thing that is wrong with it is said.
+// A line of a client: it is a request, or every thing that is wrong with it is reported.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
     const ServeRequest r = read_request({reinterpret_cast<const char*>(data), size}, true);

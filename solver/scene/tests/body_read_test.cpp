@@ -131,7 +131,7 @@ TEST_CASE("materials and sets and loads and masses and joints that cannot be are
               "/time/theta"));
 }
 
-TEST_CASE("sets by place read as they are written and say what cannot be")
+TEST_CASE("sets by place read as they are written and state what cannot be")
 {
     const auto with = [](const std::string& sets) {
         return replaced(kBodiesExample, "\"hold\": [{", "\"sets\": " + sets + ", \"hold\": [{");

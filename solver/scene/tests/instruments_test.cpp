@@ -62,7 +62,7 @@ TEST_CASE("every instrument of the library is a beam that a scene can use")
           doctest::Approx(4.86e-3).epsilon(5e-3));
 }
 
-TEST_CASE("what the scene says of an instrument overrides the library")
+TEST_CASE("what the scene specifies of an instrument overrides the library")
 {
     const char* wire = R"("instrument": "guidewire-stiff", "length": 0.9, "element": 5e-3,
                           "tip": {"shape": "angled", "radius": 4e-3, "angle": 0.5})";

@@ -24,9 +24,8 @@ const char* const kFrameExample = R"({
 /// The same of a frame that is bent into its shape: it may have a curvature of its own.
 std::string bad_bent_frame(const std::string& old, const std::string& now)
 {
-    return issues_of(
-        replaced(replaced(kFrameExample, "\"shape\": {", "\"shape\": {\"stress_free\": false, "),
-                 old, now));
+    return issues_of(replaced(
+        replaced(kFrameExample, "\"shape\": {", "\"shape\": {\"stress_free\": false, "), old, now));
 }
 
 /// The issues of the example with one piece of text replaced; "" if it is a scene.
@@ -223,7 +222,7 @@ TEST_CASE("layers that taper: a core ground down within a coil")
         if (i > 0) CHECK(piece[i].GJ[0] == piece[i - 1].GJ[1]);
     }
     CHECK(resolved_scene(parse_scene(resolved_scene(s), "again.json", {})) == resolved_scene(s));
-    // What is given beside layers goes linearly; a cone of one layer is one of a bar.
+    // What is given beside layers varies linearly; a cone of one layer is one of a bar.
     const Scene given_GJ = parse_scene(with(plain + ", \"GJ\": [4, 2]", core), "s.json", {});
     CHECK(given_GJ.rods[0].segments[4].GJ[1] == doctest::Approx(3.5));
     const Scene bar = parse_scene(
@@ -256,14 +255,14 @@ TEST_CASE("a rod is not laid in a bend tighter than itself")
     CHECK(has(bent(0.01), "/shape/curve/pieces/1/radius: found 0.01, allowed: > 0.01 [m]"));
 }
 
-TEST_CASE("bad rods are said with their places")
+TEST_CASE("bad rods are reported with their places")
 {
     CHECK(has(bad_frame("\"element\": 0.12", "\"element\": 3"), "/segments/0/element"));
     CHECK(has(bad_frame("\"length\": 2.4", "\"length\": -2.4"), "/segments/0/length"));
     CHECK(has(bad_frame("\"length\": 2.4", "\"length\": 2.6"), "the length of the polyline"));
     CHECK(has(bad_frame("\"EI\": 1440", "\"EI\": 0"), "/segments/0/EI"));
     CHECK(has(bad_frame("{\"at\": [0, 1.2, 0]}", "{\"at\": [0, 0, 0]}"), "/shape/points/1"));
-    // A closed rod comes back to its first point, which need not be said again.
+    // A closed rod comes back to its first point, which need not be reported again.
     CHECK(has(bad_frame("\"points\": [", "\"closed\": true, \"points\": ["),
               "4.09705627 [m], the length of the polyline"));
     CHECK(has(bad_frame("\"points\": [{\"at\": [0, 0, 0]}, ", "\"closed\": true, \"points\": ["),

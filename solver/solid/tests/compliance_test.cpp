@@ -263,7 +263,7 @@ TEST_CASE("columns are solved once the tree has cost as much and at once for a f
     CHECK(compliance.counts().from_factor == then.from_factor);
 }
 
-TEST_CASE("the columns used least recently go first")
+TEST_CASE("the columns used least recently are first")
 {
     const HeldBox b = held_box(ElementKind::T4);
     SolidCompliance compliance = compliance_of(b, 6 * b.bytes_of_column());
@@ -353,7 +353,7 @@ TEST_CASE("columns with all rows move the whole body and who expects solves gets
                               }()),
                    compliance.surface_displacement(on_surface(b, forces(b, C, r)))) < 1e-13);
 
-    // A copy with the same columns goes on with the same bits.
+    // A copy with the same columns continues with the same bits.
     SupernodalFactor again;
     REQUIRE(factor_free(b.K, b.dofs, {}, again));
     SolidCompliance copy(std::move(again), b.dofs, b.surface, SolidCompliance::kColumnMemory,

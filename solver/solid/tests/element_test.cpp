@@ -188,7 +188,7 @@ TEST_CASE("an element does not depend on rotation or place or order of nodes or 
 
 TEST_CASE("an H8 of incompressible material keeps one volume and not seven")
 {
-    // Eigenvalues that grow without bound as nu goes to 1/2 are what locks.
+    // Eigenvalues that grow without bound as nu tends to 1/2 are what locks.
     test::Random random(6);
     const ElementKind kind = ElementKind::H8;
     for (const double shake : {0.0, 0.12}) {

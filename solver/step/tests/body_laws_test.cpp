@@ -142,7 +142,8 @@ TEST_CASE("what is round rolls by the arc of its turn, in steps of any length")
         }
 }
 
-TEST_CASE("what lies on driven rollers is carried on by the arc of their turn, in steps of any length")
+TEST_CASE(
+    "what lies on driven rollers is carried on by the arc of their turn, in steps of any length")
 {
     const auto roller = [](const char* name, double x) {
         return fmt::format(R"("{}": {{"kind": "rigid", "shape": {{"generate": "cylinder",
@@ -266,7 +267,7 @@ TEST_CASE("a spring has the length that it is given and makes the step of its ru
     const Result hangs = run(bodies + R"("gravity": [0, 0, -9.81], "time": {"step": 1, "end": 1})");
     REQUIRE(hangs.summary.message == "");
     CHECK(std::abs(hangs.value("ball_z") - (0.1 - 2 * kGravity / 1000)) < 1e-8);
-    // Let go: v = h k x / (m + h^2 theta^2 k), its force that of the place at theta of the step.
+    // Released: v = h k x / (m + h^2 theta^2 k), its force that of the place at theta of the step.
     const double h = 0.02, k = 1000, m = 2, x = 0.1;
     for (const double theta : {1.0, 0.5}) {
         CAPTURE(theta);
@@ -306,7 +307,8 @@ TEST_CASE("a load that grows has done the work that a solid which lies free unde
 TEST_CASE("a solid ball that lies free on a plane finds its balance where it may roll" *
           doctest::test_suite("slow"))
 {
-    // Turning it hardly changes the forces: the iterations go on in one direction, a little each.
+    // Turning it hardly changes the forces: the iterations continue in one direction, a little
+    // each.
     const Result r = run(R"("bodies": {
       "ball": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 2000,
                "mesh": {"generate": "ball", "radius": 0.05, "around": 12, "element": "T10"},
@@ -553,7 +555,7 @@ TEST_CASE("what a spring holds is in the balance of energy")
     }
 }
 
-TEST_CASE("a corotational solid that spins freely loses nothing and nothing is said to be lost")
+TEST_CASE("a corotational solid that spins freely loses nothing and nothing is called lost")
 {
     const Result r = run(fmt::format(
         R"("bodies": {{"a": {{{}, "start": {{"velocity": [1, 0, 0], "spin": [3, -2, 5]}}}}}},
@@ -634,8 +636,9 @@ TEST_CASE("a joint far from its body is refused once")
 
 TEST_CASE("holds of a body that begins turned are along the world's axes or its own as is asked")
 {
-    const auto force = [](const std::string& motion, const std::string& turn, const std::string& moved,
-                          const std::string& still, const std::string& hold) {
+    const auto force = [](const std::string& motion, const std::string& turn,
+                          const std::string& moved, const std::string& still,
+                          const std::string& hold) {
         const Result r = run(fmt::format(
             R"("bodies": {{"b": {{"kind": "solid", "youngs_modulus": 1e4, "poisson_ratio": 0.3,
             "motion": "{}", "mesh": {{"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2],
@@ -657,7 +660,8 @@ TEST_CASE("holds of a body that begins turned are along the world's axes or its 
             CHECK((turned - same).norm() < 1e-7 * same.norm());
             const Vec3 own = force(motion, quarter, "z_max", "z_min", hold + R"(, "axes": "body")"),
                        upright = force(motion, none, "z_max", "z_min", hold);
-            CHECK((own - Vec3(upright.x(), -upright.z(), upright.y())).norm() < 1e-7 * upright.norm());
+            CHECK((own - Vec3(upright.x(), -upright.z(), upright.y())).norm() <
+                  1e-7 * upright.norm());
         }
     }
 }

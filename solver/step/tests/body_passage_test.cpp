@@ -61,7 +61,7 @@ TEST_CASE("a corner pressed on a stiff face and edges pressed across each other 
     }
 }
 
-TEST_CASE("a block driven through a plate thinner than a step meets it all the same")
+TEST_CASE("a block driven through a plate thinner than a step touches it all the same")
 {
     // Whatever the step: halved steps end where short ones do.
     const auto pressed = [](const char* tool, double step) {

@@ -5,7 +5,7 @@
 
 using namespace amontons;
 
-TEST_CASE("sparse W of many bodies is the sum of what each of them says")
+TEST_CASE("sparse W of many bodies is the sum of what each of them states")
 {
     // A chain of bodies, each with the rows of two contacts; one row of none, one that a body has
     // on both sides, and springs on three of them.
@@ -33,8 +33,8 @@ TEST_CASE("sparse W of many bodies is the sum of what each of them says")
         for (std::size_t j = 0; j < rows.row[b].size(); ++j)
             for (std::size_t i = 0; i < rows.row[b].size(); ++i)
                 expected(rows.row[b][i], rows.row[b][j]) += W[b](Eigen::Index(i), Eigen::Index(j));
-    for (const auto& [row, give] : soft)
-        expected(row, row) += give;
+    for (const auto& [row, compliance] : soft)
+        expected(row, row) += compliance;
 
     const Delassus sum = sum_of_bodies(rows, W, soft);
     REQUIRE(sum.is_sparse());

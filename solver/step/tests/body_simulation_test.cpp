@@ -173,7 +173,7 @@ TEST_CASE("balls in line share a blow by Moreau's law")
 
 TEST_CASE("joints keep what they must keep and leave the rest")
 {
-    const auto hung = [](const char* kind) { // a rod hung at its end, let go level
+    const auto hung = [](const char* kind) { // a rod hung at its end, released level
         return run(fmt::format(R"("bodies": {{"rod": {{"kind": "rigid", "mass": 2,
             "shape": {{"generate": "box", "size": [1, 0.05, 0.05]}}, "start": {{"place": [0.5, 0, 0]}}}}}},
             "gravity": [0, 0, -9.81],
@@ -214,7 +214,7 @@ TEST_CASE("a spring stretches by the weight over its stiffness")
         "time": {"step": 1, "end": 1})");
     REQUIRE(r.summary.message == "");
     CHECK(std::abs(r.value("ball_z") + 2 * kGravity / 1000) < 1e-8);
-    // What the ball exerts on the world, as the column's name says.
+    // What the ball exerts on the world, as the column's name specifies.
     CHECK((r.vector("ball_on_world_coupling_0_force") + 2 * kGravity * Vec3::UnitZ()).norm() <
           1e-6);
 }
@@ -276,7 +276,7 @@ TEST_CASE("a body that contacts alone hold is in balance and one that nothing ho
           std::string::npos);
 }
 
-TEST_CASE("a run that is stopped and goes on gives the same bits" * doctest::test_suite("slow"))
+TEST_CASE("a run that is stopped and continues gives the same bits" * doctest::test_suite("slow"))
 {
     const std::string dynamic =
         fmt::format(R"("schema": 1, "bodies": {{{}, {}}}, {},
@@ -555,7 +555,7 @@ TEST_CASE("names that the meshes do not have are refused together with the neare
     }
 }
 
-TEST_CASE("a path of balances ends at the end of time however far the table of the load goes")
+TEST_CASE("a path of balances ends at the end of time however far the table of the load passes")
 {
     const auto frame = [](const char* over) {
         return run(std::string(R"("bodies": {"frame": {"kind": "rod", "plane": [0, 0, 1],
@@ -577,8 +577,8 @@ TEST_CASE("a path of balances ends at the end of time however far the table of t
     CHECK(ends.records.size() < 60); // [regression] our own run
 }
 
-TEST_CASE(
-    "the turn of a rigid body is told from where it began and its closed contacts are counted")
+TEST_CASE("the turn of a rigid body is distinguished from where it began and its closed contacts "
+          "are counted")
 {
     const Result r = run(fmt::format(R"("bodies": {{"box": {{"kind": "rigid", "mass": 1,
         "shape": {{"generate": "box", "size": [0.2, 0.1, 0.1]}}, "start": {{"turn": [0, 0, 1],

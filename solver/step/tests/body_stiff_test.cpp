@@ -125,7 +125,7 @@ TEST_CASE("what a node of two holds needs is counted once and of the first")
 namespace {
 
 /// A slab of 0.3 x 0.3 x 0.1 m below z = 0, of 9 kg, and on it a cube of 0.1 m, of 1 kg, whose side
-/// goes down by 2 mm and along x by 1 mm: its lower edge touches.
+/// decreases by 2 mm and along x by 1 mm: its lower edge touches.
 /// @param hold  further members of the cube, how its side is held and led
 std::string pressed_by_edge(const std::string& motion, const std::string& hold, double friction,
                             const std::string& more)

@@ -3,8 +3,8 @@
 #include "solver/scene/build.hpp"
 #include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/branch_log.hpp"
-#include "solver/step/tests/keep.hpp"
 #include "solver/step/simulation.hpp"
+#include "solver/step/tests/keep.hpp"
 #include "solver/step/wire_simulation.hpp"
 
 #include <doctest/doctest.h>
@@ -77,7 +77,7 @@ TEST_CASE("a wire is in the named part of a vessel that its tip was in when it w
                     in) == "line");
 }
 
-TEST_CASE("a wire that comes back out of a ball and goes another way is not in its branch")
+TEST_CASE("a wire that comes back out of a ball and takes another way is not in its branch")
 {
     BranchLog log;
     std::vector<Obstacle> obstacles;
@@ -103,7 +103,7 @@ TEST_CASE("a wire that comes back out of a ball and goes another way is not in i
     CHECK(log.name(obstacles) == "");
 }
 
-TEST_CASE("an introducer sits at the end of a named branch and looks into it")
+TEST_CASE("an introducer sits at the end of a named branch and examines it")
 {
     const std::string branch =
         R"({"name": "femoral", "centreline": {"pieces": [{"length": 0.04}, {"length": 0.06}]}})";
@@ -161,9 +161,10 @@ TEST_CASE("a wire in a wall whose free space is outside is offered the other sid
 {
     const TemporaryFolder folder;
     // The unit cube, normals outwards; its last triangle has no area, as marching cubes make them.
-    const std::string obj = "v 0 0 0\nv 0 1 0\nv 1 1 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
-                            "v 0 0 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\nf 1 4 6\nf 1 6 5\n"
-                            "f 4 3 7\nf 4 7 6\nf 3 2 8\nf 3 8 7\nf 2 1 5\nf 2 5 8\nf 1 9 2\n";
+    const std::string obj =
+        "v 0 0 0\nv 0 1 0\nv 1 1 0\nv 1 0 0\nv 0 0 1\nv 1 0 1\nv 1 1 1\nv 0 1 1\n"
+        "v 0 0 0\nf 1 2 3\nf 1 3 4\nf 5 6 7\nf 5 7 8\nf 1 4 6\nf 1 6 5\n"
+        "f 4 3 7\nf 4 7 6\nf 3 2 8\nf 3 8 7\nf 2 1 5\nf 2 5 8\nf 1 9 2\n";
     write_file(folder / "cube.obj", obj);
     const auto scene = [&](const std::string& side) {
         return R"({"schema": 1, "bodies": {"room": {"kind": "obstacle", )" + side +
@@ -188,7 +189,7 @@ TEST_CASE("a wire in a wall whose free space is outside is offered the other sid
     CHECK(*facts.volume == doctest::Approx(1).epsilon(0.5)); // inside a lumen edges are rounded
 }
 
-TEST_CASE("a generated vessel is not triangulated to say where its free space is")
+TEST_CASE("a generated vessel is not triangulated to report where its free space is")
 {
     const Scene scene = parse_scene(
         R"({"schema": 1, "bodies": {"aorta": {"kind": "obstacle", "surface": {"generate": "vessel",
@@ -209,7 +210,8 @@ TEST_CASE("a generated vessel is not triangulated to say where its free space is
     CHECK(!facts.volume);
 }
 
-TEST_CASE("a rod whose tip begins outside its vessel is told so and one that nothing holds is offered drag")
+TEST_CASE("a rod whose tip begins outside its vessel is reported so and one that nothing holds is "
+          "offered drag")
 {
     const auto refusal = [](const std::string& fed, double y, bool touches = true) {
         const Scene scene = parse_scene(
@@ -229,8 +231,9 @@ TEST_CASE("a rod whose tip begins outside its vessel is told so and one that not
     };
     const std::string fed = R"("fed": [[0, 0], [1, 0.05]], )";
     CHECK(refusal(fed, 0) == "");
-    CHECK(has(refusal(fed, 0.02), "/bodies/rod/shape: found its tip at (0, 0.02, 0), 0.016 m outside of "
-                                  "the free space of tube"));
+    CHECK(has(refusal(fed, 0.02),
+              "/bodies/rod/shape: found its tip at (0, 0.02, 0), 0.016 m outside of "
+              "the free space of tube"));
     CHECK(refusal("", 0) == ""); // its contacts may hold it
     CHECK(has(refusal("", 0, false), "or \"drag\", a medium that resists every motion"));
 }

@@ -14,7 +14,7 @@ using namespace amontons;
 TEST_CASE("first loads whose balance is not found at once are taken up in parts" *
           doctest::test_suite("slow"))
 {
-    // A column of 50 times its width that has to go from upright to hanging upside down: 15 times
+    // A column of 50 times its width that has to run from upright to hanging upside down: 15 times
     // Euler's load. All at once its elements are crushed.
     const auto column = [](const char* over, double step) {
         return run(fmt::format(
@@ -83,7 +83,8 @@ TEST_CASE("a share of the loads is what smaller loads are for each kind of body"
     }
 }
 
-TEST_CASE("a slender bar that is pressed buckles and the run says so" * doctest::test_suite("slow"))
+TEST_CASE("a slender bar that is pressed buckles and the run reports it" *
+          doctest::test_suite("slow"))
 {
     // Straight on, until round-off has grown to a bend: some of these were given up on the way.
     struct Case {
@@ -260,8 +261,8 @@ TEST_CASE("a straight column leaves the balance that does not stand")
                 CAPTURE(plane);
                 CAPTURE(steps);
                 const double shortened = 1e-3;
-                const Result r = run("\"bodies\": {" + straight_rod(c.ends, shortened, plane) + "}, " +
-                                     in_steps(steps));
+                const Result r = run("\"bodies\": {" + straight_rod(c.ends, shortened, plane) +
+                                     "}, " + in_steps(steps));
                 REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
                 CHECK(r.value("rod_start_force_x") == doctest::Approx(c.load).epsilon(2e-3));
                 CHECK(r.value("rod_negative") == 0);
@@ -271,7 +272,7 @@ TEST_CASE("a straight column leaves the balance that does not stand")
             }
 }
 
-TEST_CASE("a straight rod between two plates leans on them where its load passes Euler's")
+TEST_CASE("a straight rod between two plates rests on them where its load passes Euler's")
 {
     const auto plate = [](const char* name, double y) {
         return fmt::format(R"("{}": {{"kind": "rigid", "shape": {{"generate": "box",
@@ -281,11 +282,11 @@ TEST_CASE("a straight rod between two plates leans on them where its load passes
     for (const double play : {1e-3, 1e-4}) {
         CAPTURE(play);
         // The shape that a play allows takes up far less than is asked: the rest is 25 times Euler.
-        const Result r =
-            run("\"bodies\": {" + plate("top", 0.051 + play) + ", " + plate("bottom", -0.051 - play) +
-                ", " + straight_rod("held", 1e-4, R"("plane": [0, 0, 1], )") +
-                R"(}, "contact": [{"between": ["rod", "top"]}, {"between": ["rod", "bottom"]}], )" +
-                in_steps(1));
+        const Result r = run(
+            "\"bodies\": {" + plate("top", 0.051 + play) + ", " + plate("bottom", -0.051 - play) +
+            ", " + straight_rod("held", 1e-4, R"("plane": [0, 0, 1], )") +
+            R"(}, "contact": [{"between": ["rod", "top"]}, {"between": ["rod", "bottom"]}], )" +
+            in_steps(1));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         CHECK(r.value("rod_negative") == 0);
         CHECK(r.value("top_on_rod_normal_force") + r.value("bottom_on_rod_normal_force") > 0);
@@ -294,7 +295,7 @@ TEST_CASE("a straight rod between two plates leans on them where its load passes
     }
 }
 
-TEST_CASE("a corotational column that stays straight beyond Euler's load is told of")
+TEST_CASE("a corotational column that stays straight beyond Euler's load is reported of")
 {
     // 3 times Euler's load of clamped ends, 3.3 N, with nothing that disturbs it.
     const auto column = [](double shortened) {

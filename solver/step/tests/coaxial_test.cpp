@@ -109,7 +109,7 @@ TEST_CASE("the mirror image of a scene of instruments has the mirrored result" *
     }
 }
 
-TEST_CASE("a run of instruments goes on bit for bit from where it was saved" *
+TEST_CASE("a run of instruments continues bit for bit from where it was saved" *
           doctest::test_suite("slow"))
 {
     const Scene scene = parse_scene(in_bend(1, 0.1, 0.05), "s.json");

@@ -237,7 +237,7 @@ TEST_CASE("a hyperelastic block is pressed on a plane and slides: contacts are c
     CHECK(std::abs(e.error()) < 0.02 * e.work_absolute);
 }
 
-TEST_CASE("a bar that is let go swings: the midpoint rule keeps its energy and momenta")
+TEST_CASE("a bar that is released swings: the midpoint rule keeps its energy and momenta")
 {
     const Result r =
         run(R"("bodies": {"bar": {"kind": "solid", "material": )" + std::string(kRubber) +
@@ -261,15 +261,15 @@ TEST_CASE("a bar that is let go swings: the midpoint rule keeps its energy and m
             "time": {"kind": "dynamic", "step": 2e-3, "end": 0.1})");
     REQUIRE_MESSAGE(damped.summary.status == "done", damped.summary.message);
     const EnergyRecord& d = damped.records.back().energy;
-    CHECK(d.released > 0); // implicit Euler takes some, and says how much
+    CHECK(d.released > 0); // implicit Euler takes some, and states how much
     CHECK(std::abs(d.error()) < 1e-6 * d.work_absolute);
 }
 
 TEST_CASE("a block of tissue that is thrown on the floor: no energy is made" *
           doctest::test_suite("slow"))
 {
-    // The law stiffens so much that the midpoint rule's force is not what it stores: without a look
-    // at the energy, 4.6 J became 70 J and an element was turned inside out.
+    // The law stiffens so much that the midpoint rule's force is not what it stores: without an
+    // evaluation at the energy, 4.6 J became 70 J and an element was turned inside out.
     const Result r = run(
         R"("bodies": {"floor": {"kind": "obstacle", "surface": {"generate": "plane"}}, "block":
           {"kind": "solid", "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [2, 2, 2],
@@ -302,7 +302,7 @@ TEST_CASE("a sheet at rest makes no energy: the round-off of what it stores is n
     CHECK(r.records.back().contacts.size() > 0);
 }
 
-TEST_CASE("a run that is resumed goes on with the same bits")
+TEST_CASE("a run that is resumed continues with the same bits")
 {
     const std::string text =
         bar("H8", kRubber, R"(, "loads": [{"set": "z_min", "pressure": [[0, 0], [1, 3e3]]}])") +
@@ -335,7 +335,7 @@ TEST_CASE("a run that is resumed goes on with the same bits")
     CHECK(a.energy.elastic == b.energy.elastic);
 }
 
-TEST_CASE("stress and energy density are told of where the body is")
+TEST_CASE("stress and energy density are reported of where the body is")
 {
     const Result r = run(
         R"("bodies": {"bar": {"kind": "solid", "material":

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <fmt/format.h>
 
-// Steps at rest in which contacts come and go, or their normals jump: body_lag.cpp. And energy that
-// does not close: energy_balance.cpp.
+// Steps at rest in which contacts appear and disappear, or their normals jump: body_lag.cpp. And
+// energy that does not close: energy_balance.cpp.
 
 using namespace amontons;
 
@@ -93,7 +93,8 @@ TEST_CASE("a rigid box that is pressed into faces of T10 and slid ends on the co
     CHECK(std::abs(r.summary.energy.error()) < 0.05 * r.summary.energy.work);
 }
 
-TEST_CASE("a force that sets in within a step: shorter steps close the energy, and that is told")
+TEST_CASE(
+    "a force that sets in within a step: shorter steps close the energy, and that is reported")
 {
     // The box meets the plane after nine tenths of the way: the trapezoid rule takes F d / 2 for a
     // tenth of it.
@@ -168,8 +169,8 @@ Judged judged(const std::function<double(double, double)>& missed, double left_b
 
 } // namespace
 
-TEST_CASE(
-    "energy that one step misses: quadrature stands and what is made is refused and a jump is told")
+TEST_CASE("energy that one step misses: quadrature stands and what is made is refused and a jump "
+          "is reported")
 {
     const auto quadrature = [](double a, double b) { return (b - a) * (b - a); }; // of second order
     const Judged smooth = judged(quadrature, 0);

@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// Keeps what a run says of its steps; stops it after one.
+/// Keeps what a run states of its steps; stops it after one.
 struct Keep : StepObserver {
     std::vector<StepRecord> records;
     std::atomic<bool>* stop = nullptr;

@@ -64,7 +64,7 @@ TEST_CASE("rotations and strains of affine motions are found exactly, apart from
     }
 }
 
-TEST_CASE("a linear cantilever that bends beyond its theory says so and one within does not")
+TEST_CASE("a linear cantilever that bends beyond its theory reports it and one within does not")
 {
     // The slope at the end is 3/2 of the deflection.
     CHECK(warnings_of(cantilever(0.05)) == "");

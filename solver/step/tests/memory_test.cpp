@@ -27,7 +27,7 @@ TEST_CASE(
     doctest::test_suite("slow"))
 {
     if (in_use() == 0) {
-        skip_test("a sanitizer keeps the heap: it does not say how much is in use");
+        skip_test("a sanitizer keeps the heap: it does not state how much is in use");
         return;
     }
     const Scene scene = parse_scene(R"({"schema": 1, "bodies": {"block": {"kind": "solid",

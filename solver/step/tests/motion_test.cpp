@@ -128,7 +128,7 @@ struct BarMass {
     }
 };
 
-/// The angle below the horizontal of a bar let go there, after a second.
+/// The angle below the horizontal of a bar released there, after a second.
 double hanging_angle(double length)
 {
     const BarMass bar(length);
@@ -411,7 +411,7 @@ TEST_CASE("joints hold to 1e-10 of the size at the end of every step however bod
 
 namespace {
 
-/// An elastic bar of 0.2 m on a hinge, let go in the horizontal: it bends at 16 Hz. Of the linear
+/// An elastic bar of 0.2 m on a hinge, released in the horizontal: it bends at 16 Hz. Of the linear
 /// one stiffness damping takes the motions of single elements, which no step here follows.
 std::string elastic_pendulum(const char* motion)
 {
@@ -606,7 +606,7 @@ TEST_CASE("a turn spring on a hinge swings at its frequency, also beyond whole t
     }
 }
 
-TEST_CASE("a run that is followed goes on from a saved state with the same bits")
+TEST_CASE("a run that is followed continues from a saved state with the same bits")
 {
     const std::string members = fmt::format(R"("bodies": {{"a": {{{}}}, "b": {{{}}}}}, {},
         "couplings": [

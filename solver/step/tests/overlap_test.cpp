@@ -1,5 +1,5 @@
 // What bodies do that would stand in each other: no contact is lost, whatever the number of steps,
-// the reach and the meshes; what remains is told.
+// the reach and the meshes; what remains is reported.
 
 #include "solver/step/tests/body_runs.hpp"
 
@@ -30,10 +30,11 @@ std::string tool_in_block(const std::string& shape, const std::string& element, 
 {
     return R"("bodies": {"tool": {"kind": "rigid", "shape": {)" + shape +
            R"(}, "start": {"place": [0.013, 0.011, 0.1]}, "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.05]]}}, )" +
-           block("blk",
-                 R"("size": [1, 1, 0.5], "cells": [10, 10, 5], "centre": [0, 0, -0.25], "element": ")" +
-                     element + "\"",
-                 R"({"set": "z_min"})") +
+           block(
+               "blk",
+               R"("size": [1, 1, 0.5], "cells": [10, 10, 5], "centre": [0, 0, -0.25], "element": ")" +
+                   element + "\"",
+               R"({"set": "z_min"})") +
            R"(}, "contact": [{"between": ["tool", "blk"])" + law + "}], " + quasi_static(steps);
 }
 
@@ -49,9 +50,10 @@ std::string ball_on_wide_face(int steps)
 {
     return R"("bodies": {"ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.1},
         "start": {"place": [0.061, 0.047, 0.1]}, "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}}, )" +
-           block("blk",
-                 R"("size": [0.5, 0.5, 0.25], "cells": [2, 2, 1], "centre": [0, 0, -0.125], "element": "T10")",
-                 R"({"set": "z_min"})") +
+           block(
+               "blk",
+               R"("size": [0.5, 0.5, 0.25], "cells": [2, 2, 1], "centre": [0, 0, -0.125], "element": "T10")",
+               R"({"set": "z_min"})") +
            R"(}, "contact": [{"between": ["ball", "blk"]}], )" + quasi_static(steps);
 }
 
@@ -63,9 +65,10 @@ TEST_CASE("a block driven on a plane ends with one force in any number of steps"
     const auto force = [](int steps, const std::string& law) {
         const Result r = run(
             R"("bodies": {"plane": {"kind": "obstacle", "surface": {"generate": "plane"}}, )" +
-            block("box",
-                  R"("size": [0.3, 0.25, 0.2], "cells": [4, 3, 3], "centre": [0, 0, 0.101], "element": "H8")",
-                  R"({"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.06]]})") +
+            block(
+                "box",
+                R"("size": [0.3, 0.25, 0.2], "cells": [4, 3, 3], "centre": [0, 0, 0.101], "element": "H8")",
+                R"({"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.06]]})") +
             R"(}, "contact": [{"between": ["box", "plane"])" + law + "}], " + quasi_static(steps));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         CHECK(r.summary.worst_overlap.depth < 1e-9);
@@ -87,7 +90,8 @@ TEST_CASE("a rigid tool driven into a block: one force in any number of steps" *
           {R"("generate": "cylinder", "radius": 0.109, "length": 0.2)", 0.109}}) {
         CAPTURE(shape);
         const double many = tool_force(tool_in_block(shape, "H8", 10));
-        // A rigid disc on a half-space, 2 E* a d (Sneddon 1965); the bonded block of 0.5 m is stiffer.
+        // A rigid disc on a half-space, 2 E* a d (Sneddon 1965); the bonded block of 0.5 m is
+        // stiffer.
         const double disc = 2 * 1e6 / (1 - 0.3 * 0.3) * a * 0.05;
         CHECK(many > disc);
         CHECK(many < 2.5 * disc);
@@ -102,9 +106,10 @@ TEST_CASE("a start inside is refused with depth and place, or pressed out")
     const std::string deep =
         R"("bodies": {"tool": {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.2]},
         "start": {"place": [0.013, 0.011, 0.05]}, "drive": {"x": 0, "y": 0, "z": 0}}, )" +
-        block("blk",
-              R"("size": [1, 1, 0.5], "cells": [10, 10, 5], "centre": [0, 0, -0.25], "element": "H8")",
-              R"({"set": "z_min"})");
+        block(
+            "blk",
+            R"("size": [1, 1, 0.5], "cells": [10, 10, 5], "centre": [0, 0, -0.25], "element": "H8")",
+            R"({"set": "z_min"})");
     const auto scene = [&](const std::string& law) {
         return deep + R"(}, "contact": [{"between": ["tool", "blk"])" + law + "}], " +
                quasi_static(1);
@@ -162,16 +167,19 @@ TEST_CASE("a tool in a block that are turned and shifted together give the same 
         const Vec3 at = moved ? shift : Vec3::Zero(), place = turn * Vec3(0.013, 0.011, 0.1) + at,
                    drive = turn * Vec3(0, 0, -0.03);
         const auto start = [&](const Vec3& x) {
-            return fmt::format(R"("start": {{"place": [{:.17g}, {:.17g}, {:.17g}], "turn": [0, {:.17g}, 0]}})",
-                               x.x(), x.y(), x.z(), moved ? angle : 0);
+            return fmt::format(
+                R"("start": {{"place": [{:.17g}, {:.17g}, {:.17g}], "turn": [0, {:.17g}, 0]}})",
+                x.x(), x.y(), x.z(), moved ? angle : 0);
         };
         const Result r = run(
             R"("bodies": {"tool": {"kind": "rigid", "shape": {)" + shape + "}, " + start(place) +
-            fmt::format(R"(, "drive": {{"x": [[0, 0], [1, {:.17g}]], "y": 0, "z": [[0, 0], [1, {:.17g}]]}}}}, )",
-                        drive.x(), drive.z()) +
-            block("blk",
-                  R"("size": [1, 1, 0.5], "cells": [6, 6, 3], "centre": [0, 0, -0.25], "element": "H8")",
-                  R"({"set": "z_min"})", ", " + start(at)) +
+            fmt::format(
+                R"(, "drive": {{"x": [[0, 0], [1, {:.17g}]], "y": 0, "z": [[0, 0], [1, {:.17g}]]}}}}, )",
+                drive.x(), drive.z()) +
+            block(
+                "blk",
+                R"("size": [1, 1, 0.5], "cells": [6, 6, 3], "centre": [0, 0, -0.25], "element": "H8")",
+                R"({"set": "z_min"})", ", " + start(at)) +
             R"(}, "contact": [{"between": ["tool", "blk"]}], )" + quasi_static(2));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         return r.vector("tool_on_blk_force").norm();
@@ -186,14 +194,17 @@ TEST_CASE("surfaces that should fit: gaps and overlaps at the start are taken ou
     const auto force = [](double gap, const std::string& law) {
         const Result r = run(
             "\"bodies\": {" +
-            block("up",
-                  fmt::format(R"("size": [0.2, 0.2, 0.1], "cells": [4, 4, 2], "centre": [0, 0, {:.17g}], "element": "H8")",
-                              0.05 + gap),
-                  R"({"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.005]]})") +
+            block(
+                "up",
+                fmt::format(
+                    R"("size": [0.2, 0.2, 0.1], "cells": [4, 4, 2], "centre": [0, 0, {:.17g}], "element": "H8")",
+                    0.05 + gap),
+                R"({"set": "z_max", "x": 0, "y": 0, "z": [[0, 0], [1, -0.005]]})") +
             ", " +
-            block("lo",
-                  R"("size": [0.2, 0.2, 0.1], "cells": [3, 3, 2], "centre": [0, 0, -0.05], "element": "H8")",
-                  R"({"set": "z_min"})") +
+            block(
+                "lo",
+                R"("size": [0.2, 0.2, 0.1], "cells": [3, 3, 2], "centre": [0, 0, -0.05], "element": "H8")",
+                R"({"set": "z_min"})") +
             R"(}, "contact": [{"between": ["up", "lo"])" + law + "}], " + quasi_static(2));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         return r.value("up_on_lo_force_z");
@@ -206,7 +217,7 @@ TEST_CASE("surfaces that should fit: gaps and overlaps at the start are taken ou
     CHECK(std::abs(force(1e-3, "")) < 0.9 * std::abs(fitting));
 }
 
-TEST_CASE("what worst_overlap leaves out is listed, and a run that goes on warns once")
+TEST_CASE("what worst_overlap leaves out is listed, and a run that continues warns once")
 {
     const std::string scene = ball_on_wide_face(2);
     const Result whole = run(scene);
@@ -230,9 +241,9 @@ TEST_CASE("what lies inside of a body altogether is found at the start")
         const std::string outer =
             block("outer", R"("size": [1, 1, 1], "cells": [3, 3, 3], "element": ")" + kind + "\"",
                   R"({"set": "z_min"})");
-        const std::string inner =
-            block("inner", R"("size": [0.3, 0.3, 0.3], "cells": [2, 2, 2], "element": ")" + kind + "\"",
-                  R"({"set": "z_min"})");
+        const std::string inner = block(
+            "inner", R"("size": [0.3, 0.3, 0.3], "cells": [2, 2, 2], "element": ")" + kind + "\"",
+            R"({"set": "z_min"})");
         const std::string ball =
             R"("inner": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.05}, "drive": {}})";
         const std::string same =
@@ -256,19 +267,20 @@ TEST_CASE("crossed bars and stacked plates of any thickness work without a reach
         CAPTURE(thick);
         const double drive = 0.2 * thick, gap = 0.01 * thick;
         const auto bar = [&](const char* name, bool along_x, double z, const std::string& hold) {
-            return block(name,
-                         fmt::format(R"("size": [{}, {}, {}], "cells": [{}, {}, 1], "centre": [0.003, 0.002, {}], "element": "H8")",
-                                     along_x ? 1 : thick, along_x ? thick : 1, thick,
-                                     along_x ? 20 : 1, along_x ? 1 : 20, z),
-                         hold);
+            return block(
+                name,
+                fmt::format(
+                    R"("size": [{}, {}, {}], "cells": [{}, {}, 1], "centre": [0.003, 0.002, {}], "element": "H8")",
+                    along_x ? 1 : thick, along_x ? thick : 1, thick, along_x ? 20 : 1,
+                    along_x ? 1 : 20, z),
+                hold);
         };
         const std::string down = fmt::format(R"("x": 0, "y": 0, "z": [[0, 0], [1, -{}]])", drive);
         const Result r =
             run("\"bodies\": {" +
                 bar("up", true, thick / 2 + gap,
                     R"({"set": "x_min", )" + down + R"(}, {"set": "x_max", )" + down + "}") +
-                ", " +
-                bar("lo", false, -thick / 2, R"({"set": "y_min"}, {"set": "y_max"})") +
+                ", " + bar("lo", false, -thick / 2, R"({"set": "y_min"}, {"set": "y_max"})") +
                 R"(}, "contact": [{"between": ["up", "lo"]}], )" + quasi_static(4));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
         const double EI = 1e6 * std::pow(thick, 4) / 12;
@@ -289,10 +301,12 @@ TEST_CASE("a fine ball on a coarse block presses it, and the contact that is sma
             "mesh": {"generate": "ball", "radius": 0.1, "around": 16, "element": "T10"},
             "start": {"place": [0.011, 0.007, 0.1]},
             "hold": [{"set": "all", "x": 0, "y": 0, "z": [[0, 0], [1, -0.01]]}]}, )" +
-            block("blk",
-                  fmt::format(R"("size": [0.5, 0.5, 0.25], "cells": [{}, {}, {}], "centre": [0, 0, -0.125], "element": "H8")",
-                              cells, cells, cells / 2),
-                  R"({"set": "z_min"})") +
+            block(
+                "blk",
+                fmt::format(
+                    R"("size": [0.5, 0.5, 0.25], "cells": [{}, {}, {}], "centre": [0, 0, -0.125], "element": "H8")",
+                    cells, cells, cells / 2),
+                R"({"set": "z_min"})") +
             R"(}, "contact": [{"between": ["ball", "blk"]}], )" + quasi_static(1));
     };
     const double fine = 537; // of 16 cells [regression]; Hertz on a half-space: 463 N

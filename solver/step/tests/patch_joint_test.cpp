@@ -194,7 +194,8 @@ TEST_CASE("a joint on a solid depends on no order of nodes, no axis that it has 
                 l.axis = "";
                 CHECK(same(loaded_bar(bar_file(kind, {3, 2, 2}, 0.2, true), motion, l)));
                 l.turn = Eigen::AngleAxisd(1.4, Vec3(0.7, -1.1, 0.4).normalized());
-                same(loaded_bar(mesh, motion, l)); // its turn is told from where it started
+                same(
+                    loaded_bar(mesh, motion, l)); // its turn is distinguished from where it started
             }
 }
 
@@ -309,7 +310,7 @@ struct Swing {
     double end = 0, drift = 0; ///< largest displacement [m]; of energy, of the largest kinetic one
 };
 
-/// An elastic bar that is let go on a joint at its end.
+/// An elastic bar that is released on a joint at its end.
 Swing swing(const std::string& material, const std::string& joint, const std::string& rule,
             double h, double end)
 {

@@ -176,7 +176,7 @@ TEST_CASE(
         CAPTURE(friction);
         const Result r = run(free_block(element, E, nu, fmt::format("0, 0, -{}", p), friction));
         // On a smooth floor 40 kPa is twice what buckles it: whether Newton's method comes to rest
-        // on that ridge is round-off's. Where it does not, the refusal says why.
+        // on that ridge is round-off's. Where it does not, the refusal gives the reason.
         if (p == 4e4 && r.summary.message != "") {
             CAPTURE(r.summary.message);
             CHECK(r.summary.message.find("tips over or buckles") != std::string::npos);
@@ -205,7 +205,7 @@ TEST_CASE(
 
 TEST_CASE("a block that its dead load tips over: as far as there is a balance and then why not")
 {
-    // 5 kPa down and 1.5 kPa across: it lifts off, leans, and the load goes with it. In motion,
+    // 5 kPa down and 1.5 kPa across: it lifts off, leans, and the load follows it. In motion,
     // with damping, it tips over between 0.45 and 0.5 of the load.
     const Result r = run(free_block("H8", 1e5, 0.3, "1500, 0, -5000", 0.5));
     CHECK(r.summary.status == "failed");

@@ -1,4 +1,4 @@
-// A step that is refused says why.
+// A step that is refused gives the reason.
 
 #include "solver/body/solid_body.hpp"
 #include "solver/scene/tests/issues_of.hpp"
@@ -67,7 +67,7 @@ std::string refusal(const std::string& text, int iterations)
 
 } // namespace
 
-TEST_CASE("a step without a balance says what body misses it and where")
+TEST_CASE("a step without a balance states what body misses it and where")
 {
     const std::string why = refusal(pressed_sheet(0.2, 1e5, 0), 1);
     CAPTURE(why);
@@ -84,7 +84,7 @@ TEST_CASE("a step without a balance names what a mesh of slivers makes of it")
     CHECK(!has(why, "upper: its elements"));
 }
 
-TEST_CASE("a contact problem that rounding leaves unsolved says so")
+TEST_CASE("a contact problem that rounding leaves unsolved reports it")
 {
     const Result r = run(pressed_sheet(0.002, 100, 0));
     CAPTURE(r.summary.message);
@@ -115,7 +115,8 @@ TEST_CASE("a step whose error rises by more than is allowed ends there")
     }
 }
 
-TEST_CASE("a block without friction that its soft bed pushes aside says so and what would hold it")
+TEST_CASE(
+    "a block without friction that its soft bed pushes aside reports it and what would hold it")
 {
     // Beside the middle of the bed, whose surface the load tilts.
     const auto pressed = [](const std::string& law) {

@@ -1,4 +1,4 @@
-// A run that is ended after any step and gone on with from its saved state is the run that was
+// A run that is ended after any step and continued with from its saved state is the run that was
 // never ended, bit by bit: kinds of bodies, materials, loads, contacts, couplings and rules of
 // time.
 
@@ -16,7 +16,7 @@
 namespace amontons {
 namespace {
 
-/// Keeps what would be written after each step, and the state to go on from.
+/// Keeps what would be written after each step, and the state to continue from.
 struct Written : StepObserver {
     std::vector<StepRecord> records;
     std::vector<std::vector<BodyRecord>> bodies;
@@ -211,8 +211,9 @@ const std::vector<std::string> kRules{R"("rule": "theta")", R"("theta": 0.5)",
 
 } // namespace
 
-TEST_CASE("solids of every law under every load go on from a saved state bit by bit, quasi-static" *
-          doctest::test_suite("slow"))
+TEST_CASE(
+    "solids of every law under every load continue from a saved state bit by bit, quasi-static" *
+    doctest::test_suite("slow"))
 {
     const std::string loads = R"("hold": [{"set": "x_min"}], "loads": [
         {"set": "z_max", "pressure": [[0, 0], [1, 800]]},
@@ -249,7 +250,7 @@ TEST_CASE("solids of every law under every load go on from a saved state bit by 
             }
 }
 
-TEST_CASE("solids of every law go on from a saved state bit by bit, by every rule of motion")
+TEST_CASE("solids of every law continue from a saved state bit by bit, by every rule of motion")
 {
     const std::string thrown = R"("mass_damping": 0.2)";
     const std::string held = R"("hold": [{"set": "x_min", "x": 0, "y": 0,
@@ -273,7 +274,7 @@ TEST_CASE("solids of every law go on from a saved state bit by bit, by every rul
             }
 }
 
-TEST_CASE("a volume that is prescribed, springs and snaps go on from a saved state bit by bit")
+TEST_CASE("a volume that is prescribed, springs and snaps continue from a saved state bit by bit")
 {
     check_resumes(fmt::format(R"("bodies": {{{}}}, {})",
                               block("H8", kNeoHooke, R"("hold": [{"set": "z_min"}], "loads":
@@ -288,7 +289,7 @@ TEST_CASE("a volume that is prescribed, springs and snaps go on from a saved sta
         "time": {"step": 4000, "end": 24000})");
 }
 
-TEST_CASE("nets of rods go on from a saved state bit by bit, at rest and in motion")
+TEST_CASE("nets of rods continue from a saved state bit by bit, at rest and in motion")
 {
     for (const char* time : {R"("time": {"step": 0.25, "end": 1})",
                              R"("time": {"kind": "dynamic", "step": 1e-3, "end": 0.012})",
@@ -307,11 +308,12 @@ TEST_CASE("nets of rods go on from a saved state bit by bit, at rest and in moti
                       {"kind": "turn_spring", "between": ["a", "c"], "at": [0.1, 0, 0],
                        "axis": [0, 0, 1], "stiffness": 0.1},
                       {"kind": "spring", "between": ["b", "world"], "at": [0.1, 0.1, 0],
-                       "to": [0.1, 0.1, 0.3], "stiffness": 2}], )" + time);
+                       "to": [0.1, 0.1, 0.3], "stiffness": 2}], )" +
+                      time);
     }
 }
 
-TEST_CASE("rods go on from a saved state bit by bit, at rest, on their path and in motion")
+TEST_CASE("rods continue from a saved state bit by bit, at rest, on their path and in motion")
 {
     const auto rod = [](const std::string& elements, const std::string& more) {
         return fmt::format(R"("rod": {{"kind": "rod", "elements": "{}", "segments":
@@ -354,7 +356,7 @@ TEST_CASE("rods go on from a saved state bit by bit, at rest, on their path and 
 }
 
 TEST_CASE(
-    "instruments beside bodies, themselves and one another go on from a saved state bit by bit")
+    "instruments beside bodies, themselves and one another continue from a saved state bit by bit")
 {
     const auto wire = [](const char* name, double y, const char* way) {
         return fmt::format(R"("{}": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 4e-4,
@@ -373,11 +375,10 @@ TEST_CASE(
                     {{"between": ["w1", "side"], "friction": 0.1}}, {{"between": ["w0", "floor"]}},
                     {{"between": ["w0", "w1"], "friction": 0.2}}], {})",
                               wire("w0", 0, "[[0, 0.01], [1, 0.022]]"),
-                              wire("w1", -0.001, "[[0, 0.01], [1, 0.031]]"),
-                              quasi_static(0.1, 1)));
+                              wire("w1", -0.001, "[[0, 0.01], [1, 0.031]]"), quasi_static(0.1, 1)));
 }
 
-TEST_CASE("rigid bodies, joints and springs go on from a saved state bit by bit by every rule")
+TEST_CASE("rigid bodies, joints and springs continue from a saved state bit by bit by every rule")
 {
     const std::string bodies = fmt::format(R"("bodies": {{
         "base": {{"kind": "rigid", "density": 1000, "shape": {{"generate": "box",
@@ -417,7 +418,7 @@ TEST_CASE("rigid bodies, joints and springs go on from a saved state bit by bit 
                               kPlane, kGravityDown, quasi_static(0.1, 1)));
 }
 
-TEST_CASE("solids on springs, with probes, go on from a saved state bit by bit by every rule")
+TEST_CASE("solids on springs, with probes, continue from a saved state bit by bit by every rule")
 {
     for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
         CAPTURE(material);
@@ -438,7 +439,7 @@ TEST_CASE("solids on springs, with probes, go on from a saved state bit by bit b
     }
 }
 
-TEST_CASE("bodies of different kinds together go on from a saved state bit by bit")
+TEST_CASE("bodies of different kinds together continue from a saved state bit by bit")
 {
     for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
         CAPTURE(material);
@@ -478,7 +479,7 @@ TEST_CASE("bodies of different kinds together go on from a saved state bit by bi
                                   kGravityDown, dynamic(1e-3, 0.01, kRules[1])));
 }
 
-TEST_CASE("holds that turn and joints on patches go on from a saved state bit by bit")
+TEST_CASE("holds that turn and joints on patches continue from a saved state bit by bit")
 {
     for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
         check_resumes(fmt::format(R"("bodies": {{{}}}, {})",
@@ -496,7 +497,7 @@ TEST_CASE("holds that turn and joints on patches go on from a saved state bit by
     }
 }
 
-TEST_CASE("solids that contacts alone hold, or nothing, go on from a saved state bit by bit")
+TEST_CASE("solids that contacts alone hold, or nothing, continue from a saved state bit by bit")
 {
     for (const std::string& material : {kElastic, kCorotational, kNeoHooke}) {
         CAPTURE(material);
@@ -526,7 +527,7 @@ TEST_CASE("solids that contacts alone hold, or nothing, go on from a saved state
         check_resumes(spinning + dynamic(2e-3, 0.02, rule));
 }
 
-TEST_CASE("rods on solids, and solids solved by iterations, go on from a saved state bit by bit")
+TEST_CASE("rods on solids, and solids solved by iterations, continue from a saved state bit by bit")
 {
     const auto rod_on_block = [](const std::string& material, const std::string& more) {
         return fmt::format(R"("bodies": {{{},
@@ -542,7 +543,7 @@ TEST_CASE("rods on solids, and solids solved by iterations, go on from a saved s
     check_resumes(rod_on_block(kElastic, dynamic(1e-3, 0.01, kRules[1])));
 }
 
-TEST_CASE("bodies that begin inside each other go on from a saved state bit by bit")
+TEST_CASE("bodies that begin inside each other continue from a saved state bit by bit")
 {
     for (const char* start : {"resolve", "close"})
         for (const std::string& time : {quasi_static(0.2, 1), dynamic(1e-3, 0.01, kRules[0]),
@@ -559,7 +560,8 @@ TEST_CASE("bodies that begin inside each other go on from a saved state bit by b
         }
 }
 
-TEST_CASE("wires, nested instruments and vessels that give way go on from a saved state bit by bit")
+TEST_CASE("wires, nested instruments and vessels that are compliant continue from a saved state "
+          "bit by bit")
 {
     const std::string tube = R"("tube": {"kind": "obstacle", "surface": {"generate": "tube",
         "radius": 0.004, "centreline": {"pieces": [{"length": 0.02},
@@ -598,7 +600,7 @@ TEST_CASE("wires, nested instruments and vessels that give way go on from a save
                       wire("wire", 4.445e-4, "") + "}, " + contact + quasi_static(0.1, 1));
 }
 
-TEST_CASE("a block that lands, slides and rocks goes on bit by bit after each of its steps")
+TEST_CASE("a block that lands, slides and rocks continues bit by bit after each of its steps")
 {
     check_resumes(R"("bodies": {"plane": {"kind": "obstacle", "surface": {"generate": "plane"}},
         "block": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "density": 1000,
@@ -612,7 +614,7 @@ TEST_CASE("a block that lands, slides and rocks goes on bit by bit after each of
 
 namespace {
 
-/// Asks for an end while a step is tried, not between two: after some more looks at the flag.
+/// Asks for an end while a step is tried, not between two: after some more examines the flag.
 struct StopWithin : StepObserver {
     std::int64_t at = 0;
     std::atomic<bool> stop{false};
@@ -633,9 +635,9 @@ struct StopWithin : StepObserver {
 
 } // namespace
 
-TEST_CASE("a step that is interrupted leaves no mark in what is saved and told")
+TEST_CASE("a step that is interrupted leaves no mark in what is saved and reported")
 {
-    // Steps of some milliseconds, which end as a run in the background says.
+    // Steps of some milliseconds, which end as a run in the background states.
     const Scene read =
         parse_scene(fmt::format(R"({{"schema": 1, "bodies": {{{}, {}}}, {}, "contact": [
             {{"between": ["block", "floor"], "friction": 0.4}}], {}}})",

@@ -168,7 +168,7 @@ TEST_CASE("rods that begin in each other are refused for no contact would hold t
     CHECK(issue("0.02") == "");
 }
 
-TEST_CASE("what rods cannot touch is said")
+TEST_CASE("what rods cannot touch is reported")
 {
     const auto issues = [](const std::string& contact, const std::string& more = "") {
         try {
@@ -238,7 +238,7 @@ TEST_CASE("a free rod that falls on a ball between two of its nodes does not pas
     for (const StepRecord& s : r.records)
         for (const ContactRecord& c : s.contacts)
             nearest = std::min(nearest, c.gap);
-    CHECK(nearest < 1e-3); // it is met
+    CHECK(nearest < 1e-3); // it is found
     // The middle line at the ball's place stays above it.
     const BeamRecord& rod = r.records.back().beams.at(0);
     double z = -1;
@@ -613,7 +613,7 @@ TEST_CASE("a strip pinned on a table is turned against friction's moment about t
     }
 }
 
-TEST_CASE("a belt round a pulley that turns and one that does not is pulled as Euler says" *
+TEST_CASE("a belt round a pulley that turns and one that does not is pulled as Euler states" *
           doctest::test_suite("slow"))
 {
     // No hold: pulleys alone carry the belt. It slides on the one that stands, creeps on the other.
@@ -672,7 +672,8 @@ TEST_CASE("a rope over two drums that nothing else keeps from turning is pulled 
           doctest::Approx(10 * std::exp(mu * std::numbers::pi * R / (R + r))).epsilon(3e-3));
 }
 
-TEST_CASE("what nothing holds of a rod in a groove stays where it is, is said and takes no load")
+TEST_CASE(
+    "what nothing holds of a rod in a groove stays where it is, is reported and takes no load")
 {
     const auto groove = [](double friction, const char* load) {
         return fmt::format(

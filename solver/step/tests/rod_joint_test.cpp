@@ -126,11 +126,11 @@ TEST_CASE("two rods that are welded end to end are one rod, bent far too")
           1e-8 * whole.vector("b_start_moment").norm());
     CHECK(parts.summary.energy.elastic ==
           doctest::Approx(whole.summary.energy.elastic).epsilon(1e-8));
-    // What goes through the weld is the load, and its moment about the weld.
+    // What passes through the weld is the load, and its moment about the weld.
     CHECK((parts.vector("a_on_b_coupling_0_force") + force).norm() < 1e-8 * force.norm());
 }
 
-TEST_CASE("a tripod of rods on hinges gives way as its stiffness matrix says")
+TEST_CASE("a tripod of rods on hinges yields as its stiffness matrix states")
 {
     // Feet on a circle of 0.1 m, hinges along its tangent; the apex is a ball for all three.
     const Vec3 apex(0, 0, 0.15), force(2e-4, -1e-4, 5e-3);
@@ -162,7 +162,7 @@ TEST_CASE("a tripod of rods on hinges gives way as its stiffness matrix says")
     CHECK((moved - expected).norm() < 1e-4 * expected.norm());
 }
 
-TEST_CASE("a square frame of welded rods gives way as its stiffness matrix says")
+TEST_CASE("a square frame of welded rods yields as its stiffness matrix states")
 {
     const double L = 0.1;
     const Vec3 corner[4] = {{0, 0, 0}, {L, 0, 0}, {L, L, 0}, {0, L, 0}};
@@ -286,7 +286,7 @@ TEST_CASE("nets do not depend on where they stand, on units, or on which body is
               1e-7 * way.norm());
         CHECK((done(net(Mat3::Identity(), Vec3::Zero(), 1, true, time)).vector("b_end") - tip - way)
                   .norm() < 1e-6 * way.norm());
-        if (time.find("dynamic") != std::string::npos) continue; // masses go by another power
+        if (time.find("dynamic") != std::string::npos) continue; // masses follow another power
         const Vec3 large =
             done(net(Mat3::Identity(), Vec3::Zero(), 1000, false, time)).vector("b_end");
         CHECK((large / 1000 - tip - way).norm() < 1e-7 * way.norm());
@@ -349,7 +349,7 @@ TEST_CASE("rods that are joined keep momentum, and angular momentum to second or
         int k = 0;
         for (const double step : {2.5e-4, 1.25e-4}) {
             const Result r = done(scene(rule, step));
-            // Once the load and what the rule remembers of it are gone.
+            // Once the load and what the rule remembers of it are lost.
             const std::size_t from = std::size_t(std::lround(0.02 / step));
             const Vec3 p = r.vector("momentum", from), L = r.vector("angular_momentum", from);
             error[k] = 0;

@@ -95,7 +95,7 @@ TEST_CASE("a stiff rod in a block is a rigid cylinder" * doctest::test_suite("sl
     }
 }
 
-TEST_CASE("a rod along an elastic foundation gives way as Hetenyi's beam does")
+TEST_CASE("a rod along an elastic foundation yields as Hetenyi's beam does")
 {
     // A strip of one element across and through it and no Poisson's ratio is Winkler's foundation,
     // but for its shear, k = E b / t; the rod lies on it under its line load q, and bends by
@@ -377,7 +377,7 @@ TEST_CASE("a rod does not pass through a thin plate however long the step")
     CHECK(led.records.size() > 2);
 }
 
-TEST_CASE("a step goes on from a state as it would have" * doctest::test_suite("slow"))
+TEST_CASE("a step continues from a state as it would have" * doctest::test_suite("slow"))
 {
     const std::string text = rod_on_block(
         soft_block("[8, 4, 3]", "") + ", " + across(0.003, 0.004, 2e-3, 0.01), 0.3, 0.125, 2);
@@ -425,7 +425,7 @@ TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its 
           doctest::test_suite("slow"))
 {
     // It hangs a little off it, takes up 10 N at its end, some of it before the first step, and is
-    // drawn over it. It is never slack: then round-off would say where it lies.
+    // drawn over it. It is never slack: then round-off would state where it lies.
     const double R = 0.05, r = 0.001, mu = 0.2;
     for (const auto& [element, off, first] : {std::tuple("H8", 2e-4, 0.02),
                                               {"T4", 2e-4, 0.02},

@@ -41,7 +41,7 @@ BodyEnergy advance(RodBody& rod, const StepInput& step)
     rod.begin(step);
     for (int i = 0; i < 30; ++i) {
         rod.linearise();
-        rod.change(rod.free_change(), none, none);
+        rod.update(rod.free_change(), none, none);
         if (rod.imbalance(none) <= 1e-11) return rod.accept(none);
     }
     FAIL("no balance");
@@ -60,7 +60,7 @@ StepInput quasi_static(double start, double h)
 
 TEST_CASE("a cone bends and twists and stretches and weighs as a solid cone does")
 {
-    // Of modulus E, from radius r0 to r1: its end goes by F L^3 / (3 EI0) r0 / r1 under a force
+    // Of modulus E, from radius r0 to r1: its end moves by F L^3 / (3 EI0) r0 / r1 under a force
     // across, (Gere & Goodno, Mechanics of Materials), by F L / (pi E r0 r1) under one along, and
     // turns by T L / (3 GJ0) (r0 / r1) (1 + r0 / r1 + (r0 / r1)^2) under a torque.
     const double r0 = 0.01, r1 = 0.004, q = r0 / r1, density = 1000, weight = 10, F = 1e-6;
@@ -212,7 +212,7 @@ TEST_CASE("loads that follow and moments fixed in space converge quadratically")
         for (int i = 0; i < 12; ++i) {
             rod.linearise();
             motion.push_back(rod.free_change().norm());
-            rod.change(rod.free_change(), none, none);
+            rod.update(rod.free_change(), none, none);
         }
         bool quadratic = false; // at some iteration before round-off
         for (std::size_t i = 0; i + 1 < motion.size(); ++i)
@@ -281,7 +281,7 @@ TEST_CASE("a free rod keeps its momentum and by the midpoint rule also nearly it
     }
 }
 
-TEST_CASE("a closed ring pulled at the ends of a diameter opens as Castigliano says")
+TEST_CASE("a closed ring pulled at the ends of a diameter opens as Castigliano states")
 {
     RodInput input = straight(40);
     const double R = 0.1;
@@ -308,7 +308,7 @@ TEST_CASE("a closed ring pulled at the ends of a diameter opens as Castigliano s
     CHECK(rod.negative() == 0);
 }
 
-TEST_CASE("a rod goes on bit by bit from its state")
+TEST_CASE("a rod continues bit by bit from its state")
 {
     RodInput input = straight(6);
     input.hold = {clamp("start")};
@@ -333,7 +333,7 @@ TEST_CASE("a rod goes on bit by bit from its state")
     }
 }
 
-TEST_CASE("a rod says what holds it not and what is wrong with it")
+TEST_CASE("a rod states what holds it not and what is wrong with it")
 {
     RodInput input = straight(4);
     CHECK(RodBody(input, nullptr, 0).free_motions().size() == 6);
@@ -370,7 +370,7 @@ TEST_CASE("a rod says what holds it not and what is wrong with it")
     CHECK(place_of(beyond) == "/loads/0/at");
 }
 
-TEST_CASE("a rod that bends by a table is bent by an end moment as the table says in any plane")
+TEST_CASE("a rod that bends by a table is bent by an end moment as the table states in any plane")
 {
     // 2 N m over 1/m up to 1/m, then 0.5: a moment of 2.4 N m bends to 1.8 /m, whatever its axis.
     for (const double angle : {0.0, 0.6, 2.1}) {
@@ -403,7 +403,8 @@ TEST_CASE("a rod that bends by a table is bent by an end moment as the table say
     }
 }
 
-TEST_CASE("a rod that stretches by a table is as long as it says in tension and in compression")
+TEST_CASE(
+    "a rod that stretches by a table is as long as it specifies in tension and in compression")
 {
     for (const double pull : {300.0, 1500.0, -1100.0}) {
         RodInput input = straight(4);

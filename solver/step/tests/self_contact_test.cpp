@@ -1,4 +1,4 @@
-// A ring of rubber that is pressed flat until its inside meets itself.
+// A ring of rubber that is pressed flat until its inside touches itself.
 
 #include "mesh/base/file.hpp"
 #include "mesh/tests/temporary_folder.hpp"
@@ -117,7 +117,8 @@ const BodyRecord ring_of(const Result& r)
     return {};
 }
 
-/// Iterations whose error was met, and that were gone on from all the same, of steps with contacts.
+/// Iterations whose error was found, and that no longer exist on from all the same, of steps with
+/// contacts.
 std::size_t needless_iterations(const Result& r)
 {
     std::size_t needless = 0;
@@ -129,14 +130,14 @@ std::size_t needless_iterations(const Result& r)
 
 } // namespace
 
-TEST_CASE("a ring pressed until it meets itself has the forces and places of its quarter and "
+TEST_CASE("a ring pressed until it touches itself has the forces and places of its quarter and "
           "balance and no overlap and turned axes turn all" *
           doctest::test_suite("slow"))
 {
     const Result quarter = pressed_ring(false, 0, 0);
     REQUIRE_MESSAGE(quarter.summary.status == "done", quarter.summary.message);
     const double force = quarter.vector("top_on_ring_force")[1];
-    std::size_t most = 0; // its tangent alone is not positive from half way on: it leans on plates
+    std::size_t most = 0; // its tangent alone is not positive from half way on: it rests on plates
     for (const StepRecord& s : quarter.records)
         most = std::max(most, s.errors.size());
     CHECK(most <= 12); // [regression] our own run
@@ -173,7 +174,7 @@ TEST_CASE("a ring pressed until it meets itself has the forces and places of its
         if (friction == 0) continue;
         const Result turned = pressed_ring(true, 1, friction);
         REQUIRE_MESSAGE(turned.summary.status == "done", turned.summary.message);
-        // Another processor's round-off chooses otherwise, too: within what held[1] says of it.
+        // Another processor's round-off chooses otherwise, too: within what held[1] states of it.
         CHECK(turned.vector("top_on_ring_force")[2] == doctest::Approx(top[1]).epsilon(1e-4));
     }
 }
@@ -228,15 +229,16 @@ TEST_CASE("a slit that is closed at rest carries pressure and slides by Coulomb'
         CHECK(t <= mu * c.normal_force + 1e-8 * pressure);
     }
     CHECK(tangential == doctest::Approx(mu * normal).epsilon(1e-6)); // all of it slides
-    const Vec3 held = r.vector("slit_high_force"); // by faces that lean by 0.01 and more
+    const Vec3 held = r.vector("slit_high_force"); // by faces that are inclined by 0.01 and more
     CHECK(held.x() == doctest::Approx(-mu * held.z()).epsilon(0.05));
 }
 
-TEST_CASE("the seal of the examples: where contacts come and go steps are not halved without end" *
+TEST_CASE("the seal of the examples: where contacts appear and disappear steps are not halved "
+          "without end" *
           doctest::test_suite("slow"))
 {
     // With the bodies' true matrices, iterations end in errors of 1e-7 that jump: the run stood
-    // still at 99.7 %. Bodies that lean on their contacts damp them.
+    // still at 99.7 %. Bodies that rest on their contacts damp them.
     const Result r =
         run(R"("bodies": {"seal": {"kind": "solid", "mesh": {"file": ")" AMONTONS_SOURCE_DIR
             R"(/examples/seal/seal.nodes"}, "material":
@@ -256,7 +258,7 @@ TEST_CASE("the seal of the examples: where contacts come and go steps are not ha
     CHECK(r.summary.worst_penetration < 1e-9);
 }
 
-TEST_CASE("a strip folded back and pressed on itself: a balance that is met ends the step" *
+TEST_CASE("a strip folded back and pressed on itself: a balance that is found ends the step" *
           doctest::test_suite("slow"))
 {
     // A share of a motion that is left out is no error of a balance that is measured at the places
@@ -318,7 +320,7 @@ TEST_CASE("a strip folded back and pressed on itself: a balance that is met ends
     CHECK(needless_iterations(r) == 0);
 }
 
-TEST_CASE("a solid and itself: what is not possible is said")
+TEST_CASE("a solid and itself: what is not possible is reported")
 {
     const auto found = [](const std::string& motion, const std::string& more,
                           const std::string& kind) {
@@ -349,7 +351,7 @@ TEST_CASE("a sheet of faces wider than it is thick which may touch itself anywhe
           doctest::test_suite("slow"))
 {
     // Beside a face of one side lies, behind it, one of the other side: five times as far as the
-    // sheet is thick. Taken for an overlap where a sheet gives way by a micrometre, it left no
+    // sheet is thick. Taken for an overlap where a sheet yields by a micrometre, it left no
     // balance.
     for (const char* element : {"H8", "T10"}) {
         CAPTURE(std::string(element));

@@ -56,7 +56,7 @@ std::vector<Obstacle> bent_tube()
 } // namespace
 
 TEST_CASE(
-    "a run that is saved and restored elsewhere and gone on with is the same to the last bit" *
+    "a run that is saved and restored elsewhere and continued with is the same to the last bit" *
     doctest::test_suite("slow"))
 {
     Scene scene = bent_tube_scene(0.1, 0.08);
@@ -207,8 +207,8 @@ TEST_CASE("what a wire's points of contact leave between them is measured and fa
         const OverlapRecord& o = r.worst_overlap;
         CHECK(o.a == "wire");
         CHECK(o.b == "tube");
-        // Between two places of a wall that bends with R = 34 mm outside: l^2 / 8R, if the wire were
-        // straight; it bends with the wall.
+        // Between two places of a wall that bends with R = 34 mm outside: l^2 / 8R, if the wire
+        // were straight; it bends with the wall.
         CHECK(o.depth > 0);
         CHECK(o.depth < element * element / 8 / 0.034);
         // Where it is more than a tenth of the diameter the points are put closer.
@@ -423,7 +423,7 @@ TEST_CASE("where one wire's step is halved the other keeps its path and none mov
 
 // Pushed against a closed end the wire buckles in the tube and jumps from shape to shape; what
 // a jump sets free must be counted.
-TEST_CASE("a wire that snaps in a tube loses no energy without saying so")
+TEST_CASE("a wire that snaps in a tube loses no energy without reporting it")
 {
     Scene scene;
     scene.order = {"tube", "end", "wire"};

@@ -207,7 +207,7 @@ TEST_CASE("a hyperelastic vessel does not know how the scene is turned" *
           test::relative(value(one.keep.records.back(), "push_force")).epsilon(1e-4));
 }
 
-TEST_CASE("a run in a hyperelastic vessel goes on from a saved state to the last bit" *
+TEST_CASE("a run in a hyperelastic vessel continues from a saved state to the last bit" *
           doctest::test_suite("slow"))
 {
     Scene scene = hyperelastic_scene(0.3e6, 0.1, 0.06);

@@ -140,7 +140,7 @@ TEST_CASE("a stiffer wall takes the push force to that of a rigid one and gives 
     CHECK(before < 2e-3 * expected);
 }
 
-TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and length and energy "
+TEST_CASE("a scene's foundation: the wall yields by force over stiffness and length and energy "
           "is accounted for and stiff springs are a rigid wall")
 {
     const double depth = 0.08, h = 1.25e-3; // two contact points an element
@@ -154,9 +154,9 @@ TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and 
         double deepest = 0;
         for (const ContactRecord& c : soft.keep.records.back().contacts) {
             WallHint hint;
-            const double give = -tube[0].model.wall.distance(c.point, hint);
-            CHECK(give == test::relative(c.normal_force / (k * h)).epsilon(1e-4));
-            deepest = std::max(deepest, give);
+            const double compliance = -tube[0].model.wall.distance(c.point, hint);
+            CHECK(compliance == test::relative(c.normal_force / (k * h)).epsilon(1e-4));
+            deepest = std::max(deepest, compliance);
         }
         CHECK(deepest > 5e-5);
         const EnergyRecord& e = soft.keep.records.back().energy;
@@ -171,7 +171,7 @@ TEST_CASE("a scene's foundation: the wall gives way by force over stiffness and 
     }
 }
 
-TEST_CASE("a run in a soft vessel goes on from a saved state to the last bit")
+TEST_CASE("a run in a soft vessel continues from a saved state to the last bit")
 {
     const Scene scene = vessel_scene(0.6e6, 0.1, 0.06);
     std::atomic<bool> never{false}, stop{false};

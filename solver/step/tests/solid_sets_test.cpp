@@ -49,7 +49,7 @@ TEST_CASE("sets by place hold and load and touch as those that the generator nam
     }
 }
 
-TEST_CASE("a set that is empty or beside the body is refused and told what is there")
+TEST_CASE("a set that is empty or beside the body is refused and reported what is there")
 {
     using std::string;
     const auto has = [](const string& text, const char* part) {

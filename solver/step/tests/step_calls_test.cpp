@@ -124,7 +124,7 @@ TEST_CASE("a caller whose cuts fall on the steps of a run gets that run bit by b
     }
 }
 
-TEST_CASE("a caller's cuts are met exactly, and what comes after them is as long as before" *
+TEST_CASE("a caller's cuts are found exactly, and what comes after them is as long as before" *
           doctest::test_suite("slow"))
 {
     std::string scene;
@@ -228,14 +228,14 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
     std::string scene, input, curve = rise, start = first, told = "block_top_displacement_z";
     SUBCASE("the factor on a traction")
     {
-        scene =
-            loaded_block(linear, R"({"set": "z_max", "traction": [0, 0, -3000], "over": CURVE})", still);
+        scene = loaded_block(
+            linear, R"({"set": "z_max", "traction": [0, 0, -3000], "over": CURVE})", still);
         input = "block.loads.0.over";
     }
     SUBCASE("the factor on a traction, in motion")
     {
-        scene =
-            loaded_block(linear, R"({"set": "z_max", "traction": [0, 0, -3000], "over": CURVE})", motion);
+        scene = loaded_block(
+            linear, R"({"set": "z_max", "traction": [0, 0, -3000], "over": CURVE})", motion);
         input = "block.loads.0.over";
     }
     SUBCASE("the factor on a force that the scene does not turn down: 1")
@@ -394,7 +394,7 @@ TEST_CASE("a step that fails leaves the state of the last one and can be asked f
     const StepResult again = simulation->step(kGoOn);
     CHECK(again.outcome == Outcome::failed);
     CHECK(again.message == r.message);
-    // What goes on from there in a scene that can is what goes on from before the failure.
+    // What continues from there in a scene that can is what continues from before the failure.
     const auto before = make(other), after = make(other);
     before->restore(good);
     after->restore(simulation->save());

@@ -127,7 +127,7 @@ TEST_CASE(
                    {"at": [0, 0, 0.1]}})"),
             period / 200, period / 4));
         REQUIRE(r.summary.status == "done");
-        // The block gives way a little, too: E A / L is 50 times the bed's.
+        // The block yields a little, too: E A / L is 50 times the bed's.
         CHECK(r.value("column_c_displacement_z") ==
               doctest::Approx(-0.01 * period / (2 * std::numbers::pi)).epsilon(0.02));
         const EnergyRecord& e = r.records.back().energy;
@@ -253,7 +253,7 @@ TEST_CASE("a probe's contact pressure is the load over the area on which it rest
         InputError);
 }
 
-TEST_CASE("contacts of small sliding are told where the bodies are now")
+TEST_CASE("contacts of small sliding are reported where the bodies are now")
 {
     // Two equal cubes, pressed together by 10 mm: their faces meet half-way.
     const std::string cube = R"("kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0,

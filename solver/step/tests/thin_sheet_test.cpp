@@ -147,7 +147,7 @@ TEST_CASE("one wide face pressed onto a small ball that stands still" * doctest:
     };
     const double coarse = force(1), fine = force(10);
     CHECK(fine > 0);
-    CHECK(coarse > fine);      // one element gives way less, and is met all the same
+    CHECK(coarse > fine);      // one element yields less, and is found all the same
     CHECK(coarse < 10 * fine); // [regression] our own run
 }
 
@@ -155,7 +155,7 @@ TEST_CASE("a soft sheet that its blocks keep from buckling is pressed and dragge
           doctest::test_suite("slow"))
 {
     // Of rubber, 20 mm thick and wider than the blocks, which squeeze it. Extrapolated, and with a
-    // matrix that leans on contacts from the third iteration on, no step led beyond 0.94 s.
+    // matrix that rests on contacts from the third iteration on, no step led beyond 0.94 s.
     const auto solid = [](const std::string& name, const std::string& mesh,
                           const std::string& hold) {
         return fmt::format(

@@ -189,7 +189,7 @@ TEST_CASE("generalised-alpha: an elastic bar against a wall presses without ripp
     CHECK(ripple(R"("theta": 0.5)") > 0.3); // [regression] our own run
 }
 
-TEST_CASE("generalised-alpha goes on from a saved state with all that it carries")
+TEST_CASE("generalised-alpha continues from a saved state with all that it carries")
 {
     const std::string bodies = R"("bodies": {
         "s": {"kind": "solid", "mesh": {"generate": "box", "size": [0.2, 0.2, 0.1],

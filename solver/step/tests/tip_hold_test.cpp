@@ -148,7 +148,7 @@ TEST_CASE("a tip that is moved aside takes a clamped beam's forces and work")
     }
 }
 
-TEST_CASE("a held tip is the same in a frame that is turned, and goes on from a saved state")
+TEST_CASE("a held tip is the same in a frame that is turned, and continues from a saved state")
 {
     const auto scene = [](const char* introducer, const char* hold) {
         return wire(R"("insertion": [[0, 0.1], [1, 0.11]], "twist": [[0, 0], [1, 0.5]])",

@@ -198,7 +198,8 @@ TEST_CASE("a bar that is bent by its ends takes its moment through them, turned 
         CHECK((straight[k] - turned[k]).norm() < 1e-7 * straight[0].norm() * (k == 2 ? 100 : 1));
 }
 
-TEST_CASE("holds that contradict themselves are refused, those that agree at an edge are not told")
+TEST_CASE(
+    "holds that contradict themselves are refused, those that agree at an edge are not reported")
 {
     const auto issue = [](const std::string& hold) {
         try {
@@ -218,7 +219,7 @@ TEST_CASE("holds that contradict themselves are refused, those that agree at an 
     CHECK(issue(R"({"set": "z_min", "about": [0, 0, 1]})").find("/about") != std::string::npos);
     CHECK(issue(R"({"set": "z_min", "gradient": [[0, 0, 1], [0, 0, 0]]})").find("three rows") !=
           std::string::npos);
-    // Nodes that two holds take along: told where these differ, however they are written.
+    // Nodes that two holds take along: reported where these differ, however they are written.
     const auto told = [](const std::string& other) {
         const Scene scene = parse_scene(
             R"({"schema": 1, "bodies": {"b": {"kind": "solid", "youngs_modulus": 1e6,

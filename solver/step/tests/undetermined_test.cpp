@@ -247,7 +247,7 @@ TEST_CASE("what a spring carries is determined by its length and what a joint ca
     CHECK(std::isinf(u->max));
 }
 
-TEST_CASE("a run that was over says what it left open when it is resumed, too")
+TEST_CASE("a run that was over states what it left open when it is resumed, too")
 {
     const std::string scene = groove(0.5, 0.2, kAtRest);
     const Result r = run(scene);
@@ -264,7 +264,7 @@ TEST_CASE("a run that was over says what it left open when it is resumed, too")
     }
 }
 
-TEST_CASE("a run that ends in a refused step says that undetermined forces were not looked for")
+TEST_CASE("a run that ends in a refused step states that undetermined forces were not searched for")
 {
     // The pressure turns elements inside out: the last matrix that was tried has no factor.
     const RunSummary sum = run(R"("bodies": {

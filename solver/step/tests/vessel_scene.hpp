@@ -67,7 +67,7 @@ inline Run run(const Scene& scene, std::vector<Obstacle> obstacles = {})
     r.summary = s.run(r.keep, never);
     r.bodies = s.body_records();
     for (BodyRecord& b : r.bodies)
-        b.elements = nullptr; // goes with the simulation
+        b.elements = nullptr; // follows the simulation
     return r;
 }
 

@@ -130,7 +130,7 @@ TEST_CASE("a free wire keeps its momentum and implicit Euler slows its spin as i
     CHECK(std::abs(angular_momentum(b, centre(b)).x()) < 1e-8 * l0.z());
 }
 
-TEST_CASE("the drift of the angular momentum goes with the step's length")
+TEST_CASE("the drift of the angular momentum follows the step's length")
 {
     double drift[2];
     for (int k = 0; k < 2; ++k) {

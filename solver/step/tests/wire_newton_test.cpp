@@ -152,7 +152,8 @@ TEST_CASE("contact opens when the wire is pulled off")
     CHECK(s.wire.state.nodes.back().position().z() == test::relative(lift).epsilon(1e-3));
 }
 
-TEST_CASE("a wire pressed on the plane between clamp and tip touches where the beam equation says")
+TEST_CASE(
+    "a wire pressed on the plane between clamp and tip touches where the beam equation states")
 {
     // Uniform pressure holds the wire flat: reactions carry the load, each over its length.
     OnPlane s(0);

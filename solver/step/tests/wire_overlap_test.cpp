@@ -82,7 +82,8 @@ double largest(const std::vector<StepRecord>& records, const std::string& name)
 } // namespace
 
 TEST_CASE(
-    "a bead between the contact points of a wire is found and pushes as it does on close ones" * doctest::test_suite("slow"))
+    "a bead between the contact points of a wire is found and pushes as it does on close ones" *
+    doctest::test_suite("slow"))
 {
     std::atomic<bool> never{false};
     std::vector<double> push;
@@ -102,7 +103,8 @@ TEST_CASE(
         CHECK(p == doctest::Approx(push.back()).epsilon(1e-3));
 }
 
-TEST_CASE("a run whose contact points were put closer goes on from its middle bit by bit" * doctest::test_suite("slow"))
+TEST_CASE("a run whose contact points were put closer continues from its middle bit by bit" *
+          doctest::test_suite("slow"))
 {
     const OverBead over(8e-3);
     std::atomic<bool> never{false}, stop{false};

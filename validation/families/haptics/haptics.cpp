@@ -166,7 +166,7 @@ struct StackedBlocks {
         pose.position[2] -= depth;
         return pose;
     }
-    /// Presses 2 mm deep in four steps, waits, publishes, and goes on by `way` in 20 ticks.
+    /// Presses 2 mm deep in four steps, waits, publishes, and continues by `way` in 20 ticks.
     /// @return  error of the force and of the torque
     std::pair<double, double> errors(double way)
     {

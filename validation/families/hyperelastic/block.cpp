@@ -1,4 +1,4 @@
-// E03: a block that is stretched and pressed, free to give way sideways.
+// E03: a block that is stretched and pressed, free to yield sideways.
 
 #include "mesh/split_elements.hpp"
 #include "validation/families/hyperelastic/hyperelastic.hpp"

@@ -1,5 +1,5 @@
 // Hyperelastic solids at the ends of what numbers carry: each run converges to its tolerance or
-// says why it does not.
+// gives the reason it does not.
 
 #include "validation/families/hyperelastic/hyperelastic.hpp"
 #include "validation/families/hyperelastic/newton.hpp"
@@ -64,7 +64,8 @@ struct Tally {
 
     void tell(std::vector<Measured>& rows, const std::string& of, double tolerance = 1e-8) const
     {
-        rows.push_back(at_most("runs that neither converge nor say why not, " + of, silent, 0));
+        rows.push_back(
+            at_most("runs that neither converge nor give the reason not, " + of, silent, 0));
         rows.push_back(at_most("runs that do not converge, " + of, runs - done, 0));
         rows.back().note = fmt::format("{} of {}{}", runs - done, runs, why);
         rows.push_back(at_most("worst certificate, " + of, certificate, 1e-8));

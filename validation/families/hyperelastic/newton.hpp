@@ -11,7 +11,7 @@ namespace amontons::validation {
 /// The order of Newton's last steps: the best of log e3 / log e2, log e2 / log e1 and
 /// sqrt(log e3 / log e1) of the last three errors, which are relative, so that e' = C e^p with C
 /// about 1. 2: quadratic; 1.5 at most of steps that divide by 1000. An error below rounding
-/// stands as that, so the last ratio alone says too little; the last but one may rise: nearly
+/// stands as that, so the last ratio alone states too little; the last but one may rise: nearly
 /// incompressible bodies take turns, one iteration leaves changes of volume, small and stiffly
 /// resisted, the next one takes them back. 0 without three errors below 0.3.
 inline double newton_order(const std::vector<double>& errors)

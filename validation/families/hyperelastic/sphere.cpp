@@ -132,8 +132,9 @@ std::vector<Measured> sphere_inflation()
                 path[i].second, pressure_in(run, i), 1e-2));
             rows.back().note = fmt::format("closed form {:.6f}", pressure_at(path[i].first, 2));
         }
-        rows.push_back(at_most(std::string("not said to be beyond the largest load, ") + element,
-                               said ? 0 : 1, 0));
+        rows.push_back(
+            at_most(std::string("not reported to be beyond the largest load, ") + element,
+                    said ? 0 : 1, 0));
         rows.push_back(newton_row(run, element));
     }
     const VolumeMesh thick = octant(1, 2, 6, 4, ElementKind::H8);

@@ -106,14 +106,14 @@ std::vector<Measured> masonry_arch()
 
 std::vector<Measured> leaning_planks()
 {
-    // Two planks lean on each other, each by 15 or 30 degrees from upright.
+    // Two planks rest on each other, each by 15 or 30 degrees from upright.
     std::vector<Measured> rows;
     for (const double degrees : {15.0, 30.0}) {
         const double a = degrees * kPi / 180, thin = 1e-6;
         const auto run = [&](double mu) {
             SolidScene s("leaning planks");
             for (const double side : {-1.0, 1.0}) {
-                // Its inner top edge is at x = 0; its inner face leans by a.
+                // Its inner top edge is at x = 0; its inner face is inclined by a.
                 RigidInput& b = s.rigid(side < 0 ? "left" : "right", box({thin, 0.3, 1}));
                 b.mass = 1;
                 b.start.turn = {0, -side * a, 0};

@@ -191,7 +191,7 @@ std::vector<Measured> rolling_down()
     rows.push_back(relative("slip of a ball 1e-3 below it",
                             kG * std::cos(kPi / 6) * (critical - (critical - 1e-3)) * 3.5 * 0.1,
                             slip(critical - 1e-3), 1e-4));
-    // Only the moment of inertia, k m R^2, tells them apart.
+    // Only the moment of inertia, k m R^2, reports them apart.
     struct Round {
         const char* name;
         double k, critical, acceleration;
@@ -331,7 +331,7 @@ std::vector<Measured> balls_in_line()
 
 namespace {
 
-/// Spin [1/s] at time t of a block let go at the angle theta about its lower edge: Housner's
+/// Spin [1/s] at time t of a block released at the angle theta about its lower edge: Housner's
 /// equation, (4/3) R theta'' = -g sin(alpha - theta), by Runge and Kutta's rule.
 /// @param half   R, from the edge to the centre [m]
 /// @param alpha  theta where the centre is above the edge [rad]
@@ -388,7 +388,7 @@ std::vector<Measured> rocking_block()
     };
     for (const Set& k : {Set{0.2, 0.5, 0.34709359, -0.64804901, 0.94230769},
                          Set{0.25, 0.8, 0.60714988, -0.90454809, 0.91176471}}) {
-        // Turned about its lower edge at x = 0 by theta0, let go.
+        // Turned about its lower edge at x = 0 by theta0, released.
         const double alpha = std::atan(k.width), theta = k.part * alpha;
         const double half = std::hypot(0.5, 0.5 * k.width);
         double impact = 0, before = 0, after = 0;
@@ -407,7 +407,7 @@ std::vector<Measured> rocking_block()
                 after = w;
             }
         }
-        // Gravity goes on within the blow's step, about the new edge and against the spin.
+        // Gravity continues within the blow's step, about the new edge and against the spin.
         const double ratio = (after - 0.75 * kG / half * std::sin(alpha) * h) / before;
         rows.push_back(relative(fmt::format("time to the first impact, width {}", k.width), k.time,
                                 impact, 2e-3));

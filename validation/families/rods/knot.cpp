@@ -18,7 +18,7 @@ constexpr double kKnotRadius = 1e-3, kKnotEI = 1e-4, kElement = 2e-3, kTail = 0.
 constexpr double kPull = 0.08, kStep = 0.01; // of each end [m]; of the pull
 
 /// A trefoil that is opened where it is outermost, with straight ends along its tangent there, side
-/// by side: the ends go along x.
+/// by side: the ends run along x.
 std::vector<Vec3> knotted_line()
 {
     const Vec3 along = Vec3(0, 2, 1).normalized(), out = Vec3::UnitX(), up = along.cross(out);
@@ -70,7 +70,7 @@ int determinant(const std::vector<Vec3>& line)
     std::ranges::sort(crossings, {}, &Crossing::under);
     const auto count = Eigen::Index(crossings.size());
     if (count < 2) return 1;
-    const auto arc_at = [&](double place) { // arcs go from one passage below to the next
+    const auto arc_at = [&](double place) { // arcs run from one passage below to the next
         return Eigen::Index(std::ranges::count_if(
                    crossings, [&](const Crossing& c) { return c.under < place; })) %
                count;
@@ -91,7 +91,7 @@ std::vector<Measured> rod_knot()
 {
     std::vector<Measured> rows;
     const std::vector<Vec3> line = knotted_line();
-    // A line that only rises is no knot: what the steps are judged by can tell.
+    // A line that only rises is no knot: what the steps are judged by can determine.
     std::vector<Vec3> rising = line;
     for (std::size_t i = 0; i < rising.size(); ++i)
         rising[i].z() = kKnotRadius * double(i);

@@ -1,4 +1,4 @@
-// Middle lines of wires, looked at from the places of their nodes alone.
+// Middle lines of wires, examined from the places of their nodes alone.
 
 #include "validation/families/rods/rods.hpp"
 

@@ -14,7 +14,7 @@
 namespace amontons::validation {
 namespace {
 
-/// Looks at every step as it comes.
+/// Examines every step as it comes.
 struct Watch : StepObserver {
     const Scene& scene;
     std::FILE* log;
@@ -39,8 +39,8 @@ struct Watch : StepObserver {
                      ball = scene.obstacles[0].surface.radius;
         const std::vector<Vec3>& now = step.beams.at(0).points;
         nest.least = std::min(nest.least, least_distance(refined(now), radius) / (2 * radius));
-        // Two places that are a diameter apart before and after may have gone through each other
-        // in between: looked at on the straight ways between.
+        // Two places that are a diameter apart before and after may have passed through each other
+        // in between: examined on the straight ways between.
         double way = 0;
         for (std::size_t i = 0; i < before.size(); ++i)
             way = std::max(way, (now[i] - before[i]).norm());

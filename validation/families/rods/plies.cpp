@@ -23,7 +23,7 @@ double least_ply_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b
     return least;
 }
 
-/// Where a ply meets the plane x; plies go along x.
+/// Where a ply meets the plane x; plies run along x.
 Vec3 ply_at(const std::vector<Vec3>& ply, double x)
 {
     for (std::size_t i = 0; i + 1 < ply.size(); ++i)
@@ -33,7 +33,7 @@ Vec3 ply_at(const std::vector<Vec3>& ply, double x)
     return ply.back();
 }
 
-/// How often two plies go around each other [rad]: only passing through changes it.
+/// How often two plies run around each other [rad]: only passing through changes it.
 double winding(const std::vector<Vec3>& a, const std::vector<Vec3>& b)
 {
     const double end = std::min(a.back().x(), b.back().x());

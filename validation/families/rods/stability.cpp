@@ -201,7 +201,7 @@ std::vector<Measured> euler_columns()
         end.angle = time_itself();
         shaft.hold.push_back(end);
         // On edge; elements are shorter where the moment is. The closed form leaves out that a
-        // strip sinks before it goes aside.
+        // strip sinks before it moves aside.
         RodInput strip = uniform_rod(1, 1e5, 1, EA, 0, 20);
         strip.segments[0].EI_across = {1, 1};
         strip.segments.resize(3, strip.segments[0]);
@@ -218,7 +218,7 @@ std::vector<Measured> euler_columns()
         rows.push_back(relative("critical end torque of a clamped shaft M L/EI, 20 elements",
                                 8.98681892, critical(shaft, nullptr, 7, 11, 0.5, 1e-4), 1e-3));
     }
-    // Beyond the critical load; a push at the middle leads it there, and goes.
+    // Beyond the critical load; a push at the middle leads it there, and passes.
     struct Post {
         double angle, load, x_end, middle;
     };

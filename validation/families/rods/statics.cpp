@@ -97,7 +97,7 @@ void bring_to(RodBody& rod, double& t, double to, int steps)
         bool done = false;
         for (int i = 0; i < 40 && !done; ++i) {
             rod.linearise();
-            rod.change(rod.free_change(), none, none);
+            rod.update(rod.free_change(), none, none);
             done = rod.imbalance(none) <= 1e-12;
         }
         if (done) {

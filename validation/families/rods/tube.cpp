@@ -1,4 +1,4 @@
-// C09: from where on a heavy rod in a tube goes round it.
+// C09: from where on a heavy rod in a tube runs around it.
 
 #include "validation/families/rods/rods.hpp"
 #include "validation/solid_run.hpp"
@@ -30,7 +30,7 @@ double farthest_round(const std::vector<Vec3>& line)
     return most;
 }
 
-/// The push at which some place of the rod first goes over the top [N].
+/// The push at which some place of the rod first changes over the top [N].
 double helical_push(double clearance)
 {
     const double straight = 2 * std::sqrt(kLongRodEI * kWeight / clearance);
@@ -83,7 +83,7 @@ std::vector<Measured> rod_helical()
         const double F = helical_push(clearance),
                      unit = std::sqrt(kLongRodEI * kWeight / clearance);
         const std::string at = fmt::format(", clearance {} m", clearance);
-        rows.push_back(relative("push at which the rod goes round the tube [N]" + at,
+        rows.push_back(relative("push at which the rod runs around the tube [N]" + at,
                                 2 * std::sqrt(2) * unit, F, 0.1));
         // Published: 2.83 to 5.66.
         rows.push_back(absolute("... below or above 2.83 to 5.66 sqrt(EI w/r), in these" + at, 0,

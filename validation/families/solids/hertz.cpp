@@ -117,7 +117,7 @@ std::vector<Measured> hertz_approach()
     rows.push_back(absolute("contact radius [mm]", 10, 1e3 * p.a, 0.5e3 * cell));
     rows.push_back(left_out("A03: force against the half-space's law",
                             "no tolerance is known: at a / R = 0.2 a ball pressed flat is 11 % "
-                            "stiffer; both are told beside the peak pressure"));
+                            "stiffer; both are reported beside the peak pressure"));
     add_certificates(rows, run);
     return rows;
 }
@@ -298,8 +298,9 @@ std::vector<Measured> cattaneo_mindlin()
             const std::string of = fmt::format(", Q {} mu P, nu {}", q, nu);
             rows.push_back(
                 absolute("c / a" + of, std::cbrt(1 - q), parabola(full.share, full.c, q), 0.2));
-            // The law holds as a / R goes to 0. The contact's shift is as P^(2/3), the bulk's as P;
-            // what curvature adds lies between them, by the logarithm of a: seen from small loads.
+            // The law holds as a / R tends to 0. The contact's shift is as P^(2/3), the bulk's as
+            // P; what curvature adds lies between them, by the logarithm of a: seen from small
+            // loads.
             const auto shift = [&](const Sheared& s) {
                 const auto law = [](double share) { return 1 - std::pow(1 - share, 2.0 / 3); };
                 std::vector<double> y;

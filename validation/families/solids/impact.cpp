@@ -72,7 +72,7 @@ std::vector<Measured> bar_impact()
     }
     rows.push_back(left_out("A13: speed of the rebound, 10 m/s",
                             "waves in 200 cells lose energy by the rule, and with it speed: how "
-                            "much is told beside the energy's error"));
+                            "much is reported beside the energy's error"));
     rows.push_back(left_out("A13: largest shortening of the bar, 3.333 m",
                             "a third of the length: strains of 1/3 in elements of small strains "
                             "follow from the pressure and the time of contact"));
@@ -83,7 +83,7 @@ std::vector<Measured> ball_impact()
 {
     // Two equal balls are one of them against the plane between, at half the speed and approach.
     const double R = 0.01, E = 7e10, nu = 0.25, v = 0.1;
-    // The mass of the whole ball in its lower half: only the contact gives way at this speed.
+    // The mass of the whole ball in its lower half: only the contact yields at this speed.
     SolidScene s("an elastic ball against a plane");
     const double a = 1.7e-4, share = 0.784; // of a half ball's volume within the mesh's rim
     SolidInput& b = s.solid("ball", E, nu, hemisphere(R, a, a / 4, false, false));

@@ -1,4 +1,4 @@
-// A wedge pressed between two walls and let go: it jams where friction holds it.
+// A wedge pressed between two walls and released: it jams where friction holds it.
 
 #include "validation/families/solids/solids.hpp"
 #include "validation/solid_meshes.hpp"

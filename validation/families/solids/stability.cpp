@@ -125,7 +125,7 @@ void uniform(std::vector<Measured>& rows, const std::string& what, PressedBlocks
         }
 }
 
-/// The run must end with a reason that says `word`.
+/// The run must end with a reason that states `word`.
 void refused(std::vector<Measured>& rows, const std::string& what, PressedBlocks o,
              const std::string& word)
 {

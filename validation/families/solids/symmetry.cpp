@@ -53,7 +53,7 @@ std::vector<Measured> units_changed()
         }
         if (kind == ElementKind::T10)
             rows.push_back(left_out("G02: iterations of T10 in other units",
-                                    "50 to 70: rounding decides when sweeps give way to Newton's "
+                                    "50 to 70: rounding decides when sweeps yield to Newton's "
                                     "method; the results are the same to 1e-10"));
     }
     rows.push_back(left_out("G02: units of A02, C12, B06", "block A09 stands for them"));

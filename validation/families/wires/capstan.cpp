@@ -131,7 +131,7 @@ void make(Capstan& c, double angle, int elements, double mu, double EI)
 }
 
 /// Draws the cable around the cylinder until everything slides.
-/// @return  what the last solve says
+/// @return  what the last solve states
 NewtonReport draw(Capstan& c)
 {
     NewtonWorkspace work(c.wire, 1);
@@ -146,7 +146,7 @@ NewtonReport draw(Capstan& c)
         const StepStart start = mark_step_start(c.wire);
         lay(c, 0.1 * step);
         r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
-        // The stop is relative to the largest tension; go on for the small ones.
+        // The stop is relative to the largest tension; continue for the small ones.
         for (int more = 0; more < 4 && r.converged; ++more)
             r = solve_equilibrium(c.wire, c.walls, start, {}, options, work);
         if (!r.converged) break;

@@ -101,7 +101,7 @@ std::vector<Measured> coaxial_concentric()
             sum += curvature->values[i], ++count;
         rows.push_back(
             relative("curvature of both [1/m]" + name, std::abs(both), sum / count, 5e-3));
-        // What is pushed out goes from straight to the common curvature.
+        // What is pushed out runs from straight to the common curvature.
         const auto energy = [&](double EI, double own) {
             return 0.5 * EI * (std::pow(both - own, 2) - own * own);
         };

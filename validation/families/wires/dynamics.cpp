@@ -19,7 +19,7 @@ double frequency(const VibratingWire& w)
 
 enum class Mode { bending, torsion };
 
-/// The first mode of a wire that was bent or twisted at its tip and let go.
+/// The first mode of a wire that was bent or twisted at its tip and released.
 /// @param h  step [s]
 Oscillation vibrate(const VibratingWire& w, double omega, double h, Mode mode = Mode::bending)
 {

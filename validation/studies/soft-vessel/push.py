@@ -1,8 +1,8 @@
 #!/usr/bin/env python3
-"""push.py PROGRAM SCENE WORK TABLE [PATH=VALUE ...]: push force over insertion, of walls that give way less and less and of a
+"""push.py PROGRAM SCENE WORK TABLE [PATH=VALUE ...]: push force over insertion, of walls that yield less and less and of a
 rigid one. Writes TABLE (wall, insertion, force) and prints how far each is from the rigid one: the root
 mean square of the difference over that of the rigid wall's force, and the largest force. Runs whose folder is
-in WORK are not run again. PATH=VALUE changes the walls that give way, as --set does (a WORK of its own then)."""
+in WORK are not run again. PATH=VALUE changes the walls that are compliant, as --set does (a WORK of its own then)."""
 import csv
 import json
 import math

@@ -1,4 +1,4 @@
-"""Look ahead from one state: which twist reaches the carotid?"""
+"""Search from one state: which twist reaches the carotid?"""
 import amontons as am
 
 sim = am.Simulation("examples/catheter/scene.json", set={"time.end": 1000})

@@ -1,4 +1,4 @@
-"""Environments of catheters and guidewires that tell the forces on the wall, for gymnasium and without it.
+"""Environments of catheters and guidewires that report the forces on the wall, for gymnasium and without it.
 
     >>> import amontons.gym
     >>> envs = amontons.gym.NavigationVectorEnv(2, target="left_carotid", start_depth=0.1)

@@ -15,7 +15,7 @@ REACHED = 0.005  # m from the target, as stEVE_bench's threshold
 PER_MM = 0.01  # reward for each millimetre of way that is left less
 MOST_STEPS = 200  # of an episode
 MOST_DRAWS = 100  # of an arch that no scene takes
-TRIANGLES = 0.003  # m: of the wall that is shown and told of alone; what the instruments touch is the vessel itself
+TRIANGLES = 0.003  # m: of the wall that is shown and reported of alone; what the instruments touch is the vessel itself
 SHORTEST = 64  # parts of a control step: there a lost balance is followed once, and what that does not end is a jam
 PARTS = ("image", "tracking", "target", "rotation", "last_action")
 ALWAYS = {"image": ("image", "target", "last_action"), "tracking": ("tracking", "target", "rotation", "last_action")}
@@ -81,7 +81,7 @@ class Options:
                                "end": 1e6 * tasks.CONTROL_STEP, "balance": "course"}})
 
     def camera(self, lines):
-        """Of the fluoroscope: it looks along y at the middle of the vessel."""
+        """Of the fluoroscope: it points along y at the middle of the vessel."""
         width, around, up = self.task.view
         middle = 0.5 * (lines.points.min(axis=0) + lines.points.max(axis=0))
         away = np.array([np.sin(around) * np.cos(up), -np.cos(around) * np.cos(up), np.sin(up)])

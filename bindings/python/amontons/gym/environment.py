@@ -33,7 +33,7 @@ class NavigationEnv(Env):
     the target, after max_steps, or jammed: where the first instrument is pushed with more than force_limit [N], or
     max_failures steps one after the other could not be solved, or through the open end of a branch. `info` has forces as certified: push_force [N], torque
     [N m], max_wall_force [N] (summed over 5 mm), with certificate_error; branch, depth [m], way_left [m], jammed,
-    left_vessel, snapped, energy_missed [J]. A step that cannot be solved leaves the state before it: `failed`, and `failure` says
+    left_vessel, snapped, energy_missed [J]. A step that cannot be solved leaves the state before it: `failed`, and `failure` states
     why. InputError for what is not allowed.
 
     >>> import amontons.gym
@@ -57,7 +57,7 @@ class NavigationEnv(Env):
 
     @property
     def simulation(self):
-        """The Simulation, to look at; an episode with a new arch has another."""
+        """The Simulation, to examine; an episode with a new arch has another."""
         self._check_begun()
         return self._member.simulation
 
@@ -198,7 +198,7 @@ class NavigationVectorEnv(VectorEnv):
 
     @property
     def simulations(self):
-        """The Simulations, to look at."""
+        """The Simulations, to examine."""
         return [m.simulation for m in self._members]
 
 
@@ -215,7 +215,7 @@ def _gymnasium():
 
 
 def register():
-    """Tells gymnasium of the environments in IDS, once; `import amontons.gym` does it where gymnasium is installed."""
+    """Registers the environments in IDS with gymnasium, once; `import amontons.gym` does it where gymnasium is installed."""
     gymnasium = _gymnasium()
     for name, task in IDS.items():
         if name not in gymnasium.registry:

@@ -22,7 +22,7 @@ class Instrument:
 
 @dataclasses.dataclass(frozen=True)
 class Task:
-    """instruments: the first goes in the others, and its tip is the one that has a target. types: of arches that are
+    """instruments: the first enters the others, and its tip is the one that has a target. types: of arches that are
     drawn, or None: the arch of examples/catheter. scales: (width and height, diameter) factors, each (least, largest).
     targets: names of branches, of which those count that the vessel has. view: (width of the image [m], angle about
     the upright axis, angle towards it [rad])."""

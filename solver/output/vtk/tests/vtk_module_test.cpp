@@ -278,7 +278,7 @@ TEST_CASE("solids show their stress and rigid bodies are drawn and a plane ends 
     CHECK(std::abs(colours_of(png, 0.6).blue - stressed.blue) <
           0.01 * static_cast<double>(stressed.blue));
 
-    write_bodies(folder, 2e6, 2, 3); // it goes further, so all is drawn smaller
+    write_bodies(folder, 2e6, 2, 3); // it continues, so all is drawn smaller
     REQUIRE(module().render(folder.path, png) == "");
     CHECK(colours_of(png, 0.6).blue < 0.8 * static_cast<double>(stressed.blue));
 
@@ -318,7 +318,7 @@ TEST_CASE("a damaged solid is refused and its file named")
     refused_with("UnstructuredGrid", "StructuredGrid");
 }
 
-TEST_CASE("what cannot be drawn is said and no file is left" * doctest::test_suite("slow"))
+TEST_CASE("what cannot be drawn is reported and no file is left" * doctest::test_suite("slow"))
 {
     const Folder folder;
     const fs::path png = folder.path / "run.png";

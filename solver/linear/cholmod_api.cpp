@@ -1,4 +1,4 @@
-#include "solver/linear/late.hpp"
+#include "solver/linear/cholmod_api.hpp"
 
 #include <cholmod.h>
 #include <dlfcn.h>
@@ -10,14 +10,14 @@ namespace amontons {
 namespace {
 
 static_assert(
-    std::is_same_v<decltype(LateLibraries::start), decltype(&::cholmod_start)> &&
-    std::is_same_v<decltype(LateLibraries::finish), decltype(&::cholmod_finish)> &&
-    std::is_same_v<decltype(LateLibraries::analyze_p), decltype(&::cholmod_analyze_p)> &&
-    std::is_same_v<decltype(LateLibraries::super_numeric), decltype(&::cholmod_super_numeric)> &&
-    std::is_same_v<decltype(LateLibraries::allocate_factor),
+    std::is_same_v<decltype(LoadedCholmod::start), decltype(&::cholmod_start)> &&
+    std::is_same_v<decltype(LoadedCholmod::finish), decltype(&::cholmod_finish)> &&
+    std::is_same_v<decltype(LoadedCholmod::analyze_p), decltype(&::cholmod_analyze_p)> &&
+    std::is_same_v<decltype(LoadedCholmod::super_numeric), decltype(&::cholmod_super_numeric)> &&
+    std::is_same_v<decltype(LoadedCholmod::allocate_factor),
                    decltype(&::cholmod_allocate_factor)> &&
-    std::is_same_v<decltype(LateLibraries::free_factor), decltype(&::cholmod_free_factor)> &&
-    std::is_same_v<decltype(LateLibraries::malloc), decltype(&::cholmod_malloc)>);
+    std::is_same_v<decltype(LoadedCholmod::free_factor), decltype(&::cholmod_free_factor)> &&
+    std::is_same_v<decltype(LoadedCholmod::malloc), decltype(&::cholmod_malloc)>);
 
 template <class Function> void find(void* library, const char* name, Function*& function)
 {
@@ -25,7 +25,7 @@ template <class Function> void find(void* library, const char* name, Function*& 
     if (!function) throw std::runtime_error(std::string(AMONTONS_CHOLMOD_FILE " has no ") + name);
 }
 
-LateLibraries opened()
+LoadedCholmod opened()
 {
     // With its BLAS, whose names are then found among all: BlasThreads asks which one it is. Its
     // thousands of functions are bound where they are first called: all at once takes 3 ms.
@@ -35,7 +35,7 @@ LateLibraries opened()
         throw std::runtime_error(std::string("solids need " AMONTONS_CHOLMOD_FILE ": ") +
                                  (reason ? reason : "it cannot be loaded"));
     }
-    LateLibraries l{};
+    LoadedCholmod l{};
     find(library, "cholmod_start", l.start);
     find(library, "cholmod_finish", l.finish);
     find(library, "cholmod_analyze_p", l.analyze_p);
@@ -53,9 +53,9 @@ LateLibraries opened()
 
 } // namespace
 
-const LateLibraries& late()
+const LoadedCholmod& cholmod_api()
 {
-    static const LateLibraries libraries = opened();
+    static const LoadedCholmod libraries = opened();
     return libraries;
 }
 

@@ -7,10 +7,11 @@
 #include <algorithm>
 #include <cmath>
 
-// Bodies that are stable by their contacts alone (hyperelastic solids, solver/body/solid_lean.cpp;
-// rods that are compressed beyond Euler's load along what gives way): with their true
-// matrices A, W = sum H A^-1 H^T is not positive, and no solver of contact problems takes it. With
-// a diagonal Gamma on the rows of contacts that stay closed, r' = r + Gamma u is the reaction of
+// Bodies that are stable by their contacts alone (hyperelastic solids,
+// solver/body/solid_stabilisation.cpp; rods that are compressed beyond Euler's load along what
+// yields): with their true matrices A, W = sum H A^-1 H^T is not positive, and no solver of
+// contact problems takes it. With a diagonal Gamma on the rows of contacts that stay closed, r' = r
+// + Gamma u is the reaction of
 //   u = (1 + W Gamma)^-1 (W r' + q),
 // the problem of all bodies with A + H^T Gamma H across them: where u = 0 in these rows r' = r, so
 // Signorini's and Coulomb's laws are the same for both. Rows: the normal, where a contact sticks
@@ -27,7 +28,7 @@ constexpr double kHolds[] = {1,   4,    16,  64,
 
 } // namespace
 
-/// Rows in which the last forces say that u = 0. @param sticking  tangents too
+/// Rows in which the last forces state that u = 0. @param sticking  tangents too
 Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
 {
     Eigen::VectorXd closed = Eigen::VectorXd::Zero(rows_.count);
@@ -38,27 +39,27 @@ Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
             continue;
         }
         const auto known = force_.find(key(c));
-        if (known == force_.end() || let_go_[std::size_t(c)] > 1) continue;
+        if (known == force_.end() || released_[std::size_t(c)] > 1) continue;
         const Vec3 f = list_.contact[std::size_t(c)].frame.transpose() * known->second;
         if (!(f.x() > 0)) continue;
         closed[rows_.first[i]] = 1;
-        if (sticking && let_go_[std::size_t(c)] == 0 &&
+        if (sticking && released_[std::size_t(c)] == 0 &&
             std::hypot(f.y(), f.z()) < kStickShare * problem_.mu[Eigen::Index(i)] * f.x())
             closed.segment(rows_.first[i], amontons::rows_of(problem_.kind[i])).setOnes();
     }
     return closed;
 }
 
-/// Where a contact that was to stay has opened or slipped, r' is not its reaction: it is let go.
+/// Where a contact that was to stay has opened or slipped, r' is not its reaction: it is released.
 /// @return  whether some was, and the problem is to be made anew
-bool BodyStepper::lets_go()
+bool BodyStepper::release_stabilised_rows()
 {
     bool any = false;
     for (std::size_t i = 0; held_.size() > 0 && i < rows_.chosen.size(); ++i) {
         const int first = rows_.first[i], size = amontons::rows_of(problem_.kind[i]);
         if (held_[first] == 0 || problem_.kind[i] == ContactKind::bilateral) continue;
         const auto r = held_r_.segment(first, size);
-        char& now = let_go_[std::size_t(rows_.chosen[i])];
+        char& now = released_[std::size_t(rows_.chosen[i])];
         const char before = now;
         if (!(r[0] > 0))
             now = 2;
@@ -71,33 +72,34 @@ bool BodyStepper::lets_go()
 }
 
 /// The contact problem with the bodies' true matrices. @param W  of each body, with its modes
-/// @return  false: none leans, or contacts do not hold them; the matrices that lean are to be used
-bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
-                                const std::vector<std::pair<int, double>>& soft)
+/// @return  false: none leans, or contacts do not hold them; the matrices that are inclined are to
+/// be used
+bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
+                                   const std::vector<std::pair<int, double>>& soft)
 {
     unheld_.clear();
     if (step_.dynamic || rows_.count == 0 || rows_.count > kMostRowsHeld) return false;
-    std::vector<char> leans(bodies(), 0);
+    std::vector<char> is_stabilised(bodies(), 0);
     int negative = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (const RodBody* rod = system_.refs[b].rod; rod && rod->negative() > 0) {
             if (rows_.row[b].empty()) return false;
             negative += rod->negative();
             unheld_ = system_.refs[b].name;
-            leans[b] = 1;
+            is_stabilised[b] = 1;
             continue;
         }
         SolidBody* solid = system_.refs[b].solid;
         if (!solid || !solid->leaning()) continue;
         if (rows_.row[b].empty()) return false;
         Eigen::MatrixXd more;
-        const int of_body = solid->upright_compliance(rows_.columns[b], more);
+        const int of_body = solid->true_tangent_compliance(rows_.columns[b], more);
         if (of_body < 0) return false;
         W[b] += more;
         negative += of_body;
-        leans[b] = 1;
+        is_stabilised[b] = 1;
     }
-    if (std::ranges::count(leans, 1) == 0) return false;
+    if (std::ranges::count(is_stabilised, 1) == 0) return false;
     const Delassus sum = sum_of_bodies(rows_, W, soft);
     const Eigen::MatrixXd all = sum.is_dense() ? sum.dense() : Eigen::MatrixXd(sum.as_sparse());
     const double size = all.diagonal().cwiseAbs().mean();
@@ -115,7 +117,7 @@ bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
             problem_.W = Delassus(Eigen::MatrixXd(0.5 * (held + held.transpose())));
             taken_ = taken * root.asDiagonal();
             held_ = hold / size * closed;
-            upright_ = std::move(leans);
+            true_tangent_ = std::move(is_stabilised);
             unheld_.clear();
             return true;
         }
@@ -123,11 +125,11 @@ bool BodyStepper::stand_upright(std::vector<Eigen::MatrixXd>& W,
     return false;
 }
 
-/// What has been found by the matrix that leans, by the true one.
-Eigen::VectorXd BodyStepper::upright(std::size_t b, const Eigen::VectorXd& y) const
+/// What has been found by the matrix that is inclined, by the true one.
+Eigen::VectorXd BodyStepper::unstabilised(std::size_t b, const Eigen::VectorXd& y) const
 {
     SolidBody* solid = system_.refs[b].solid;
-    return upright_.empty() || !upright_[b] || !solid ? y : solid->upright(y);
+    return true_tangent_.empty() || !true_tangent_[b] || !solid ? y : solid->unstabilised(y);
 }
 
 } // namespace amontons

@@ -12,40 +12,40 @@
 // Woodbury):
 //   A^-1 = L^-1 + L^-1 N (1 - S)^-1 N^T L^-1,   S = N^T L^-1 N,
 // and A has as many negative eigenvalues as 1 - S (inertia of a Schur complement). Whether contacts
-// hold them is asked where all bodies are known: solver/step/body_lean.cpp.
+// hold them is asked where all bodies are known: solver/step/body_stabilisation.cpp.
 
 namespace amontons {
 namespace {
 
-/// How the matrix leans on contacts, in turn. First on those with what stands still, along their
+/// How the matrix rests on contacts, in turn. First on those with what stands still, along their
 /// forces, by so many times the node's own stiffness. Then also across the forces, as if what they
 /// touch were round, with a curvature of so many over the body's size. Last on contacts with what
-/// gives way too, the body's own other side among it.
-struct Lean {
+/// yields too, the body's own other side among it.
+struct Stabilisation {
     bool firm = false;
     double along = 0, across = 0;
 };
-constexpr std::array<Lean, 11> kLeans{{{true, 1, 0},
-                                       {true, 30, 0},
-                                       {true, 1, 1},
-                                       {true, 1, 4},
-                                       {true, 1, 16},
-                                       {true, 1, 64},
-                                       {false, 1, 0},
-                                       {false, 1, 1},
-                                       {false, 1, 4},
-                                       {false, 1, 16},
-                                       {false, 1, 64}}};
+constexpr std::array<Stabilisation, 11> kStabilisations{{{true, 1, 0},
+                                                         {true, 30, 0},
+                                                         {true, 1, 1},
+                                                         {true, 1, 4},
+                                                         {true, 1, 16},
+                                                         {true, 1, 64},
+                                                         {false, 1, 0},
+                                                         {false, 1, 1},
+                                                         {false, 1, 4},
+                                                         {false, 1, 16},
+                                                         {false, 1, 64}}};
 constexpr double kNoForce = 1e-6;  ///< on a node, of the largest on one
 constexpr int kMostColumns = 1500; ///< of N: dense algebra on them
 constexpr double kFirstShift = 1e-3, kGreatestShift = 1e3, kShiftGrowth = 10;
 
 } // namespace
 
-void SolidBody::lean_on(const Eigen::VectorXd& force)
+void SolidBody::stabilise_with(const Eigen::VectorXd& force)
 {
     for (std::size_t i = 0; i < unknown_.size(); ++i)
-        firm_[unknown_[i]] = force[Eigen::Index(i)];
+        support_stiffness_[unknown_[i]] = force[Eigen::Index(i)];
 }
 
 /// The next way to make the matrix positive: a line of the table, from 1, negative; then shares of
@@ -53,10 +53,11 @@ void SolidBody::lean_on(const Eigen::VectorXd& force)
 double SolidBody::next_shift()
 {
     if (step_.dynamic && shift_ >= 1) return 0;
-    if (shift_ <= 0 && shift_ > -double(kLeans.size()) && !step_.dynamic && !contact_.isZero(0)) {
-        // From one before the last iteration's on: what holds only just comes and goes.
+    if (shift_ <= 0 && shift_ > -double(kStabilisations.size()) && !step_.dynamic &&
+        !contact_.isZero(0)) {
+        // From one before the last iteration's on: what holds only just appears and disappears.
         shift_ = shift_ < 0 ? shift_ - 1 : std::min(-1.0, last_shift_ + 1);
-        while (firm_.isZero(0) && kLeans[std::size_t(-shift_) - 1].firm)
+        while (support_stiffness_.isZero(0) && kStabilisations[std::size_t(-shift_) - 1].firm)
             shift_ -= 1;
         return 1;
     }
@@ -68,7 +69,7 @@ double SolidBody::next_shift()
 
 /// Adds N N^T to the matrix: of each node with a force, a share of its own stiffness at rest along
 /// the force, and across it what a wall of that curvature adds. A force that stays where the node
-/// goes would turn a body that is pressed all around.
+/// passes would turn a body that is pressed all around.
 /// @return  N
 SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, double along,
                                  double across_size) const
@@ -103,50 +104,52 @@ SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, 
     return N;
 }
 
-/// The matrix, as next_shift() says.
-void SolidBody::lean(SparseMatrix& S)
+/// The matrix, as next_shift() states.
+void SolidBody::stabilise(SparseMatrix& S)
 {
     const double scale = step_.dynamic ? 1 / step_.h : 1;
-    const Lean& by = shift_ < 0 ? kLeans[std::size_t(-shift_) - 1] : kLeans.back();
-    leaned_ = stiffen(S, scale * (by.firm ? firm_ : contact_), by.along, by.across / size_);
+    const Stabilisation& by =
+        shift_ < 0 ? kStabilisations[std::size_t(-shift_) - 1] : kStabilisations.back();
+    stabilised_ =
+        stiffen(S, scale * (by.firm ? support_stiffness_ : contact_), by.along, by.across / size_);
 }
 
 bool SolidBody::leaning() const
 {
     if (free_modes_.cols() > 0) return border_negative_ > 0 && shift_ <= 0;
-    return shift_ < 0 && leaned_.cols() > 0;
+    return shift_ < 0 && stabilised_.cols() > 0;
 }
 
-int SolidBody::upright_compliance(const SparseColumns& C, Eigen::MatrixXd& more)
+int SolidBody::true_tangent_compliance(const SparseColumns& C, Eigen::MatrixXd& more)
 {
     if (free_modes_.cols() > 0) { // W is of the true matrix already
         more.setZero(C.cols(), C.cols());
         return border_negative_;
     }
-    if (!volumes_.empty() || skew_.nonZeros() > 0 || leaned_.cols() > kMostColumns) return -1;
-    const Eigen::Index free = leaned_.rows(), rows = C.cols(), columns = leaned_.cols();
+    if (!volumes_.empty() || skew_.nonZeros() > 0 || stabilised_.cols() > kMostColumns) return -1;
+    const Eigen::Index free = stabilised_.rows(), rows = C.cols(), columns = stabilised_.cols();
     SparseColumns both(free, rows + columns);
     both.leftCols(rows) = C.rows() == free ? C : SparseColumns(C.topRows(free));
-    both.rightCols(columns) = leaned_;
+    both.rightCols(columns) = stabilised_;
     Eigen::MatrixXd all;
     matrix_->factor.compliance(both, all);
     const Eigen::MatrixXd open =
         Eigen::MatrixXd::Identity(columns, columns) - all.bottomRightCorner(columns, columns);
     const int negative = int((symmetric_eigenvalues(open).array() < 0).count());
-    upright_.compute(open);
+    true_tangent_.compute(open);
     const Eigen::MatrixXd seen = all.bottomLeftCorner(columns, rows);
-    more = seen.transpose() * upright_.solve_all(seen);
+    more = seen.transpose() * true_tangent_.solve_all(seen);
     more = (0.5 * (more + more.transpose())).eval();
     return negative;
 }
 
-Eigen::VectorXd SolidBody::upright(const Eigen::VectorXd& y) const
+Eigen::VectorXd SolidBody::unstabilised(const Eigen::VectorXd& y) const
 {
     if (free_modes_.cols() > 0) return y;
-    const Eigen::Index free = leaned_.rows();
+    const Eigen::Index free = stabilised_.rows();
     Eigen::VectorXd all = y;
-    all.head(free) +=
-        solved(leaned_ * upright_.solve(Eigen::VectorXd(leaned_.transpose() * y.head(free))));
+    all.head(free) += solved(
+        stabilised_ * true_tangent_.solve(Eigen::VectorXd(stabilised_.transpose() * y.head(free))));
     return all;
 }
 

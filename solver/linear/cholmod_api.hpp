@@ -14,24 +14,36 @@ namespace amontons {
 /// CHOLMOD and the BLAS that it stands on, opened at the first call: linked, they would cost every
 /// start of the program, also of scenes without a solid, 4 ms and 5 MB, and a thread for each
 /// further processor (OpenBLAS makes them when it is loaded).
-struct LateLibraries {
+struct LoadedCholmod {
+    /// cholmod_start.
     int (*start)(cholmod_common_struct*);
+    /// cholmod_finish.
     int (*finish)(cholmod_common_struct*);
+    /// cholmod_analyze_p.
     cholmod_factor_struct* (*analyze_p)(cholmod_sparse_struct*, std::int32_t*, std::int32_t*,
                                         std::size_t, cholmod_common_struct*);
+    /// cholmod_super_numeric.
     int (*super_numeric)(cholmod_sparse_struct*, cholmod_sparse_struct*, double*,
                          cholmod_factor_struct*, cholmod_common_struct*);
+    /// cholmod_allocate_factor.
     cholmod_factor_struct* (*allocate_factor)(std::size_t, cholmod_common_struct*);
+    /// cholmod_free_factor.
     int (*free_factor)(cholmod_factor_struct**, cholmod_common_struct*);
+    /// cholmod_malloc.
     void* (*malloc)(std::size_t, std::size_t, cholmod_common_struct*);
+    /// Of BLAS: triangular solve with many right-hand sides.
     decltype(&::dtrsm_) dtrsm;
+    /// Of BLAS: general product.
     decltype(&::dgemm_) dgemm;
+    /// Of BLAS: symmetric product.
     decltype(&::dsyrk_) dsyrk;
+    /// Of BLAS: triangular solve.
     decltype(&::dtrsv_) dtrsv;
+    /// Of BLAS: matrix times vector.
     decltype(&::dgemv_) dgemv;
 };
 
 /// @throws std::runtime_error  if they are not there
-const LateLibraries& late();
+const LoadedCholmod& cholmod_api();
 
 } // namespace amontons
