@@ -280,7 +280,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
         if (options.on_ticks)
             options.on_ticks(
                 std::span(run.records).first(recorded.load(std::memory_order_acquire)));
-        if (stopped) continue; // the loop takes the force away, and says so
+        if (stopped) continue; // the loop takes the force away, and reports it
         const double begin = clock_now();
         ++run.steps;
         bool published_now = false;

@@ -88,6 +88,7 @@ public:
     /// The radius if it is the same all along, else 0 [m].
     double constant_radius() const;
 
+    /// Place [m] and derivatives with respect to the parameter of a piece.
     CurveDerivatives derivatives(std::int32_t piece, double parameter) const;
 
     friend Centreline make_spline(const std::vector<Vec3>& points,

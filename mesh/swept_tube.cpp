@@ -74,7 +74,8 @@ double SweptTube::clearance(const Vec3& x, const WallHint& hint) const
 {
     if (!(radius_ > 0) || hint.piece < 0 || hint.piece >= centreline_.piece_count())
         return -std::numeric_limits<double>::infinity();
-    // Beyond its ends a tube goes on along a line or ends in a point, none farther than the piece.
+    // Beyond its ends a tube continues along a line or ends in a point, none farther than the
+    // piece.
     return (1 - kRounded) * radius_ - centreline_.distance_bound(x, hint.piece);
 }
 

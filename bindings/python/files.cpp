@@ -113,7 +113,7 @@ private:
     Stopwatch watch_;
 };
 
-/// As `amontons run --json` tells it.
+/// As `amontons run --json` shows it.
 std::string answer_of(const Stepper& s, const RunSummary& summary, int iterations)
 {
     std::vector<std::string> warnings;
@@ -130,7 +130,7 @@ std::string answer_of(const Stepper& s, const RunSummary& summary, int iteration
 }
 
 /// Steps to the end with files and callback. With the GIL.
-/// @return  what is said at the end, as a dict and as JSON
+/// @return  what is reported at the end, as a dict and as JSON
 py::tuple run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::object& on_step,
               int every)
 {
@@ -144,7 +144,7 @@ py::tuple run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::obje
         ~Running() { s.set_running(false); }
     } running(*s);
 
-    std::exception_ptr raised; // by a signal or a callback: told when the files are whole
+    std::exception_ptr raised; // by a signal or a callback: reported when the files are whole
     bool stopped = false, full = false;
     long count = on_step.is_none() ? std::numeric_limits<long>::max() : 1;
     int iterations = 0;

@@ -187,7 +187,7 @@ void add_haptic(py::module_& module)
             [](const std::shared_ptr<HandState>& s) {
                 return hand_vector(s, s->device.position.data(), 3);
             },
-            "(3,) of the device, as the step met it [m]")
+            "(3,) of the device, that the step used [m]")
         .def_property_readonly(
             "turn",
             [](const std::shared_ptr<HandState>& s) {

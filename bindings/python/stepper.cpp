@@ -8,7 +8,7 @@
 namespace amontons::python {
 namespace {
 
-constexpr double kLook = 0.05;  // s between looks for signals
+constexpr double kLook = 0.05;  // s between searches for signals
 constexpr double kShort = 0.02; // s; what is done sooner is not worth a thread
 
 double seconds_now()
@@ -70,7 +70,7 @@ StepResult Stepper::steps(long count, double not_beyond, const std::function<boo
         if (raised) std::rethrow_exception(raised);
     } else {
         all();
-        look_for_signals();
+        check_signals();
     }
     return last;
 }

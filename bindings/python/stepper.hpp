@@ -30,7 +30,7 @@ public:
     };
 
     /// So many accepted steps, or up to what else comes. Where they may take long they are taken on
-    /// a thread of their own, while this one looks for signals. Without the GIL.
+    /// a thread of their own, while this one searches for signals. Without the GIL.
     /// @param after  called after each accepted one, on the thread that steps; false ends them
     /// @throws KeyboardInterrupt of Python, and whatever else a signal's handler raises; the state
     ///         is that of the last accepted step
@@ -44,7 +44,7 @@ public:
 
 private:
     bool takes_long(long count, double not_beyond) const;
-    void look_for_signals();
+    void check_signals();
 
     std::atomic<bool> stop_{false}, busy_{false}, running_{false};
     double looked_ = 0; ///< for signals [s]

@@ -15,6 +15,7 @@ bool polygons_apart(const ConvexPolygon& p, const ConvexPolygon& q);
 /// Whether all of p is in q.
 bool is_within(const ConvexPolygon& p, const ConvexPolygon& q);
 
+/// Whether no corner turns inwards, seen along the normal; degenerate corners count as straight.
 bool is_convex_polygon(const ConvexPolygon& p);
 
 /// Calls visit with the convex parts of a facet's outline: a quadrilateral may look concave from

@@ -51,11 +51,7 @@ struct FacetTree {
     std::vector<Facet> facets;
     BoxTree tree;
 
-    explicit FacetTree(std::vector<Facet> of)
-        : facets(std::move(of))
-        , tree(boxes_of(facets))
-    {
-    }
+    explicit FacetTree(std::vector<Facet> of) : facets(std::move(of)), tree(boxes_of(facets)) {}
 };
 
 /// Coordinates in the plane of a facet; the third is the height along its normal. They move and

@@ -320,8 +320,8 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
         for (int i = 1; i + 1 < polygon.count; ++i)
             add_triangle(polygon[0], polygon[i], polygon[i + 1]);
     } else {
-        // Triangles around the middle of the outline: a corner that comes or goes, with a side of
-        // no length, changes nothing at once.
+        // Triangles around the middle of the outline: a corner that appears or disappears, with a
+        // side of no length, changes nothing at once.
         Vec2 a = Vec2::Zero();
         double length = 0;
         for (int i = 0; i < polygon.count; ++i) {

@@ -16,6 +16,7 @@ public:
 
     /// @param sums  of the face, added to; outlives the integrals over it
     void begin_face(const FaceMultipliers& multipliers, FaceSums& sums);
+    /// Prepares the integrals over one facet of the current face.
     void begin_facet(const Facet& slave);
     /// @param polygon  in the plane of the slave's facet
     /// @param only     the multiplier whose function is 1 there, or -1: the dual functions
@@ -23,6 +24,7 @@ public:
     void add(const Facet& master, const ConvexPolygon& polygon, int only, double share);
     /// A point of the slave's reference face, in the plane of the facet.
     Vec2 in_plane(const Vec2& xi) const;
+    /// Adds the sums of the facet to those of its face.
     void end_facet();
 
 private:

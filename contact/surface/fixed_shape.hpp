@@ -5,11 +5,11 @@
 
 namespace amontons {
 
-/// A surface that does not bend, with all that searches on it need. Made once, in a frame that goes
-/// with the surface: what meets it is taken into that frame.
+/// A surface that does not bend, with all that searches on it need. Made once, in a frame that
+/// moves with the surface: what may touch it is taken into that frame.
 struct FixedShape {
     const ExternalSurface& surface;
-    const SharpFeatures& sharp;
+    const SharpFeatures& sharp;   ///< its sharp nodes and edges
     std::span<const Vec3> places; ///< of all nodes of the mesh [m]
     BoundingBox box;
     FacetTree faces;

@@ -7,6 +7,7 @@ namespace amontons {
 
 struct FixedShape;
 
+/// How contacts of two surfaces are found.
 struct MortarOptions {
     /// Contacts are made where the gap, or the overlap, is no larger [m], > 0.
     double reach = 0;

@@ -33,8 +33,8 @@ FaceMultipliers face_multipliers(const FaceInPlane& face);
 /// multipliers tile it.
 ConvexPolygon nearest_part(int nodes, int multiplier);
 
-/// Integration points in the reference triangle for products of the functions of quadrilaterals that
-/// are no parallelograms.
+/// Integration points in the reference triangle for products of the functions of quadrilaterals
+/// that are no parallelograms.
 /// @param bend  half range of the area per reference area, of its mean, over the triangle
 std::span<const QuadraturePoint> points_for_bend(double bend);
 

@@ -122,8 +122,7 @@ private:
     /// What faces must rise by for this contact to be one.
     double least_rise(std::int64_t id) const
     {
-        const bool begins =
-            known_ && !std::binary_search(known_->begin(), known_->end(), id);
+        const bool begins = known_ && !std::binary_search(known_->begin(), known_->end(), id);
         return begins ? kLeadsAway : kFlat;
     }
 
@@ -149,7 +148,7 @@ private:
 
 /// How far (sine) the faces around a sharp node lead away from a body whose normal is n, at least;
 /// -1 where one of its neighbours is steeply below it.
-double leads_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
+double points_away(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 {
     double least = 1;
     const SharpFeatures& f = s.features;
@@ -174,7 +173,7 @@ bool faces_towards(const SharpSurface& s, std::size_t sharp_node, const Vec3& n)
 }
 
 /// As for a node, of the two faces beside an edge, across it.
-double leads_away(const SharpSurface& s, const Piece& p, const Vec3& n)
+double points_away(const SharpSurface& s, const Piece& p, const Vec3& n)
 {
     const Vec3& a = place_at(s.places, p.nodes[0]);
     const Vec3 tangent = (place_at(s.places, p.nodes[1]) - a).normalized();
@@ -214,10 +213,10 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         // Means give no information of a corner of T6, however flat its faces lie: a block that
         // rolls onto its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
-        // A nearer face that one of its own faces looks at is met by that: see leads_away below.
+        // A nearer face that one of its own faces examines is found by that: see points_away below.
         const double by = bare ? kFlat : least_rise(id);
         const NearestFace::Found met = faces.find(x, reach_, [&](const Facet& facet) {
-            return leads_away(own, i, facet.normal) > by || looks_at(own, i, facet.normal);
+            return points_away(own, i, facet.normal) > by || faces_towards(own, i, facet.normal);
         });
         if (!met.facet || !met.on_this_side) continue;
         const auto nodes = other.surface.face(std::size_t(met.facet->face));
@@ -230,7 +229,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         SurfaceContact c;
         c.gap = normal.dot(apart);
         if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
-        const auto gap = gap_of(c.gap, bare ? 1 : leads_away(own, i, normal), id,
+        const auto gap = gap_of(c.gap, bare ? 1 : points_away(own, i, normal), id,
                                 [&] { return size_of(other, met.facet->face); });
         if (!gap) continue;
         c.gap = *gap;
@@ -407,15 +406,15 @@ void Finder::edges_across_edges()
             rise = by;
         };
         for (const double sign : {1.0, -1.0})
-            consider(sign * n,
-                     std::min(leads_away(slave_, p, sign * n), leads_away(master_, q, -sign * n)));
+            consider(sign * n, std::min(points_away(slave_, p, sign * n),
+                                        points_away(master_, q, -sign * n)));
         for (const std::int32_t face : q.faces) {
             const Vec3 m = sharp_face_normal(master_, face);
-            consider(m, leads_away(slave_, p, m));
+            consider(m, points_away(slave_, p, m));
         }
         for (const std::int32_t face : p.faces) {
             const Vec3 m = -sharp_face_normal(slave_, face);
-            consider(m, leads_away(master_, q, -m));
+            consider(m, points_away(master_, q, -m));
         }
         add(i, j, normal, id, rise);
     };
@@ -446,7 +445,7 @@ void Finder::edges_across_edges()
                     ? p.chain * std::int64_t(of_master.pieces.size()) + std::int64_t(j)
                     : on_master + q.chain * std::int64_t(of_slave.pieces.size()) + std::int64_t(i);
             const std::int64_t id = kCrossingIds + kMostCrossings * (pairs_of_chains + crossed);
-            const double rise = leads_away(edge, e, n);
+            const double rise = points_away(edge, e, n);
             if (std::abs(along.dot(n)) > kSteepEdge || rise <= kFlat) return;
             add(i, j, sharp ? n : Vec3(-n), id, rise);
         });

@@ -53,7 +53,7 @@ struct SharpSurface {
 
 /// Unit directions of the chains at the two nodes of each sharp piece.
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& surface);
-/// The box that a piece is looked for in, and a margin around [m].
+/// The box that a piece is searched for in, and a margin around [m].
 BoundingBox piece_box(const SharpSurface& surface, const SharpFeatures::Piece& piece,
                       double margin);
 
@@ -63,13 +63,13 @@ BoundingBox piece_box(const SharpSurface& surface, const SharpFeatures::Piece& p
 /// As faces lie flatter the contact does not end at once: it may overlap by a tenth of the face
 /// times what the rise lacks, and there is none below -0.05. So no force sets in at a threshold,
 /// and the balance does not depend on the way to it. Two meshes that slide on each other flush
-/// would lose their rims by that; there (`known`) a contact that has been met stays as it is.
+/// would lose their rims by that; there (`known`) a contact that has been found stays as it is.
 ///
 /// Normals are those of the face that is touched, or across both edges where both are sharp; along
-/// a chain of edges those do not jump. Areas are 0, gaps are without the overlap that is left. An id is of the node, or of the chain and what
-/// it crosses.
+/// a chain of edges those do not jump. Areas are 0, gaps are without the overlap that is left. An
+/// id is of the node, or of the chain and what it crosses.
 /// @param reach  contacts are made where the gap, or the overlap, is no larger [m]
-/// @param known  ids, ascending, of contacts that an iteration has met already: those stay until
+/// @param known  ids, ascending, of contacts that an iteration has found already: those stay until
 ///               faces lean the other way, and others begin beyond 0.1; null: by and by, as above
 /// @param bare_corners  whether the slave's sharp nodes that carry no multiplier (corners of T6)
 ///               are contacts however their faces lie

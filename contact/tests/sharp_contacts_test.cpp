@@ -207,7 +207,7 @@ TEST_CASE("a contact comes by and by as faces part")
     CHECK(left < 1e-15);
 }
 
-TEST_CASE("a rim below a flat face does not meet the face's other sides")
+TEST_CASE("a rim below a flat face does not touch the face's other sides")
 {
     // Flush along y = 0.02, and overlapping a little as mean gaps allow.
     for (const ElementKind kind : kKinds) {

@@ -243,7 +243,7 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
         }
         const bool done = s.link->step(sequence == 1 ? s.link->start() : handle) &&
                           s.link->publish(op, time, sequence);
-        // Before the first one nothing is stale, and nobody would tell why there is no force.
+        // Before the first one nothing is stale, and nobody would show why there is no force.
         if (sequence == 1 && !done) say("no force yet: " + s.refused());
         published |= done;
         if (hooks.after_step)
@@ -314,7 +314,7 @@ void HandRun::State::run_by_clock(const Publisher<float>& publish, HapticLoop<fl
         options.on_ticks = [&](std::span<const TickRecord> ticks) { hooks.ticks(ticks, *s.link); };
     options.on_state = [&](SafetyState state) {
         if (state == SafetyState::starting) return;
-        if (state == SafetyState::limited) { // it comes and goes: once is enough
+        if (state == SafetyState::limited) { // it appears and disappears: once is enough
             if (!told_limited)
                 say(std::string(name(state)) + ": " + reason(state) +
                     " (the report counts these ticks)");

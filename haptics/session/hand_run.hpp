@@ -16,6 +16,7 @@ namespace amontons {
 struct Obstacle; // solver/step/simulation.hpp
 struct Scene;    // solver/scene/scene.hpp
 
+/// How a scene is felt.
 struct HandRunOptions {
     std::string device = "simulated"; ///< or recorded:FILE, udp:PORT, spacemouse
     double duration = 0;              ///< [s]; 0: the trajectory's, or the scene's end
@@ -24,17 +25,17 @@ struct HandRunOptions {
     int latency = 1;                  ///< virtual time: periods that a step takes
     bool control = true;              ///< passivity; else the energy is counted only
     int threads = 1;
-    std::string cache; ///< folder of factors; "": none
-    bool watched = false; ///< virtual time goes by the clock: somebody looks on
+    std::string cache;    ///< folder of factors; "": none
+    bool watched = false; ///< virtual time follows the clock: somebody looks on
     /// The process has nothing else to do: its allocator keeps what a step frees.
     bool own_process = true;
 };
 
-/// What a run tells and asks while it lasts, in the simulation's thread. Any may be missing.
+/// What a run reports and asks while it lasts, in the simulation's thread. Any may be missing.
 struct HandRunHooks {
-    std::function<void(const std::string&)> say;
+    std::function<void(const std::string&)> say;       ///< a line for the user
     std::function<std::vector<std::string>()> changes; ///< "PATH=VALUE" that the user asks for
-    /// A change is made, or is not: "" or why not. Missing: `say` is told.
+    /// A change is made, or is not: "" or why not. Missing: `say` is called.
     std::function<void(const std::string& line, const std::string& refusal, const HandleLink&)>
         changed;
     /// All ticks that are done, about once a step of the simulation.
@@ -54,7 +55,7 @@ public:
             std::function<Scene(const std::vector<std::string>& overrides)> read);
     ~HandRun();
 
-    /// With introducers where their centrelines say.
+    /// With introducers where their centrelines state.
     const Scene& scene() const;
     /// As it is now, after changes.
     const Scene& scene_now() const;
@@ -68,8 +69,9 @@ public:
 
     /// What may be meant otherwise in the scene; after prepare().
     std::vector<std::string> warnings() const;
-    /// The keys of `amontons haptic --json`, and the same for readers; after run().
+    /// The keys of `amontons haptic --json`; after run().
     std::string json(const HapticOutcome& o) const;
+    /// A table for readers; after run().
     std::string table(const HapticOutcome& o) const;
 
 private:

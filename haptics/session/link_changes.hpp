@@ -16,7 +16,7 @@ using ReadAgain = std::function<Scene(const std::vector<std::string>& overrides)
 /// Obstacles of a scene. @throws InputError
 using MakeObstacles = std::function<std::vector<Obstacle>(const Scene& scene)>;
 
-/// A scene with one of its values replaced, ready to go on with.
+/// A scene with one of its values replaced, ready to continue with.
 struct ChangedLink {
     std::string line; ///< PATH=VALUE
     std::vector<std::string> overrides;
@@ -27,17 +27,18 @@ struct ChangedLink {
 };
 
 /// Values of the scene that the user changes while it is felt. What a value needs, factors above
-/// all, is made in a thread of its own: the simulation goes on as it is until that is there.
+/// all, is made in a thread of its own: the simulation continues as it is until that is there.
 class LinkChanges {
 public:
     /// @param waits  for each: where time stands meanwhile
     LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& options, bool waits);
     ~LinkChanges();
 
+    /// @param lines  "PATH=VALUE", made ready one after another
     void ask(std::vector<std::string> lines);
-    /// The next change that is ready, taken over from where the simulation is; or no link.
-    /// @param tell  of each change: its line and "", or why it is not made
+    /// Is called for each change: its line and "", or why it is not made.
     using Tell = std::function<void(const std::string& line, const std::string& refusal)>;
+    /// The next change that is ready, taken over from the state of the simulation; or no link.
     ChangedLink next(const HandleLink& now, const Tell& tell);
     /// The run is over.
     void end(const std::function<void(const std::string&)>& say);

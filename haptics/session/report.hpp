@@ -13,8 +13,8 @@ struct HapticSettings; // haptics/link/settings.hpp
 
 /// What a window showed of a run.
 struct ShownFrames {
-    long frames = 0;
-    double seconds = 0; ///< from the first to the last
+    long frames = 0;    ///< pictures drawn
+    double seconds = 0; ///< from the first to the last [s]
 };
 
 /// What a run came to.

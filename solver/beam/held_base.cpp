@@ -45,8 +45,8 @@ void grow_beyond(const WireMaterial& m, const ElementLaw& law, double end,
 HeldWire held_part(const HeldBase& base, double end)
 {
     HeldWire held = held_between_base_and(base.material, end);
-    held.axial += base.give;
-    held.torsion += base.turn_give;
+    held.axial += base.compliance;
+    held.torsion += base.turn_compliance;
     return held;
 }
 
@@ -126,7 +126,7 @@ Growth growth(const HeldBase& base, const BeamNode& a, const BeamNode& b, const 
 double growth_stiffness(const HeldBase& base, const BeamNode& a, const BeamNode& b)
 {
     const double end = base.end();
-    // its strains go with 1/length: short against that as well
+    // its strains follow 1/length: short against that as well
     const double length = law_at_end(base, 0).length;
     const double step =
         std::min({1e-3 * base.material.segments.back().radius, 0.25 * end, 0.01 * length});

@@ -11,14 +11,14 @@ namespace amontons {
 /// How a wire is held at its base.
 struct HeldBase {
     const WireMaterial& material;
-    double next = 0;           ///< place along the wire of the first node out of the sheath [m]
-    double inserted = 0;       ///< length of wire past the sheath's end [m]
-    double inserted_rest = 0;  ///< what `inserted` is too coarse for [m]
-    double base_insertion = 0; ///< given [m]
-    double rotation = 0;       ///< of the section at the sheath's end about the axis [rad]
-    double base_twist = 0;     ///< given [rad]
-    double give = 0;           ///< of a spring along the wire at its base [m/N]
-    double turn_give = 0;      ///< ... about it [rad/(N m)]
+    double next = 0;            ///< place along the wire of the first node out of the sheath [m]
+    double inserted = 0;        ///< length of wire past the sheath's end [m]
+    double inserted_rest = 0;   ///< what `inserted` is too coarse for [m]
+    double base_insertion = 0;  ///< given [m]
+    double rotation = 0;        ///< of the section at the sheath's end about the axis [rad]
+    double base_twist = 0;      ///< given [rad]
+    double compliance = 0;      ///< of a spring along the wire at its base [m/N]
+    double turn_compliance = 0; ///< ... about it [rad/(N m)]
 
     double end() const { return material.length - inserted; } ///< place at the sheath's end [m]
     double stretch() const { return (inserted - base_insertion) + inserted_rest; } ///< [m]

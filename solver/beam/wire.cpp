@@ -42,8 +42,8 @@ HeldBase base_of(const Wire& wire, const WireState& s)
     base.rotation = s.rotation;
     base.base_twist = s.base_twist;
     if (wire.sheath) {
-        base.give = wire.sheath->give;
-        base.turn_give = wire.sheath->turn_give;
+        base.compliance = wire.sheath->compliance;
+        base.turn_compliance = wire.sheath->turn_compliance;
     }
     return base;
 }

@@ -154,7 +154,7 @@ public:
     virtual std::vector<double> state() const = 0;
     virtual void set_state(std::span<const double> state) = 0; ///< as long as state()
     /// The state of the same body with other conditions, for set_state(); of another length than
-    /// state() where this one cannot go on from it.
+    /// state() where this one cannot continue from it.
     virtual std::vector<double> state_from(const Body& before) const { return before.state(); }
 };
 

@@ -531,7 +531,7 @@ std::vector<double> CondensedSolid::state() const
     return s;
 }
 
-/// The state is made of what each hold and load does: of others it says nothing.
+/// The state is made of what each hold and load does: of others it gives no information.
 std::vector<double> CondensedSolid::state_from(const Body& before) const
 {
     const auto* solid = dynamic_cast<const CondensedSolid*>(&before);

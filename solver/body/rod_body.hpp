@@ -85,7 +85,8 @@ public:
     int segment_of(const CurvePlace& at) const;
     /// Turn of its end about the sheath since the base's was 0, at the state [rad].
     double tip_rotation() const;
-    bool in_medium() const { return input_.drag > 0; }
+    /// Whether it moves through a viscous medium.
+    bool has_drag() const { return input_.drag > 0; }
     /// True at a node whose place cannot move in this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
@@ -287,7 +288,7 @@ private:
         double way = 0, turn = 0, both = 0; ///< second derivatives
     };
     /// Nodes that the sheath holds, from the start on: those in it and the one at its end.
-    int sheathed() const;
+    int nodes_in_sheath() const;
     int node_at_end(double s) const; ///< which stands there for this place
     Vec3 along_sheath() const;
     double base_turn(double t) const; ///< prescribed [rad]

@@ -70,7 +70,7 @@ std::vector<LiveCurve> RodBody::live_curves()
         all.push_back(
             {fmt::format("{}.loads.{}.over", input_.name, k), "", &input_.loads[k].over, 1});
     // What is held and moved must stay out of the sheath, as the scene's curve leaves it; what the
-    // scene leaves at rest may go into it, and cannot be led.
+    // scene leaves at rest may enter it, and cannot be led.
     double least = 0;
     const auto moves = [](const CurvePoints& c) {
         return std::ranges::any_of(c, [](const auto& p) { return p[1] != 0; });
@@ -123,7 +123,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         const Vec3 shift(value(h.input->x, t, 0), value(h.input->y, t, 0), value(h.input->z, t, 0));
         const Vec3 axis = h.input->axis.normalized();
         for (const int node : h.nodes) {
-            if (node < sheathed()) continue; // the sheath holds it
+            if (node < nodes_in_sheath()) continue; // the sheath holds it
             const std::size_t i = of(node);
             const BeamNode &now = m.nodes[std::size_t(node)],
                            &first = rod_.nodes[std::size_t(node)],
@@ -159,7 +159,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             }
         }
     }
-    for (int node = 0, in_sheath = sheathed(); node < in_sheath; ++node) {
+    for (int node = 0, in_sheath = nodes_in_sheath(); node < in_sheath; ++node) {
         const std::size_t i = of(node);
         const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node);
         if (node == sheath_.node && gives_in_sheath()) {

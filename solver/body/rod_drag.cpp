@@ -93,7 +93,7 @@ double RodBody::drag() const
 void RodBody::add_drag()
 {
     if (drag() == 0) return;
-    for (int i = sheathed(); i < rod_.node_count(); ++i) {
+    for (int i = nodes_in_sheath(); i < rod_.node_count(); ++i) {
         Block6& d = K_.chain.diagonal(i);
         for (int k = 0; k < 6; ++k) {
             const double c = drag_on(i, k);
@@ -109,7 +109,7 @@ double RodBody::taken_by_drag()
     double taken = 0;
     if (drag() == 0) return 0;
     drag_before_.resize(moved_.size(), Vec6::Zero());
-    for (auto i = std::size_t(sheathed()); i < moved_.size(); ++i)
+    for (auto i = std::size_t(nodes_in_sheath()); i < moved_.size(); ++i)
         for (int k = 0; k < 6; ++k) {
             const double now = drag_on(int(i), k) * moved_[i][k];
             taken += 0.5 * (now + drag_before_[i][k]) * moved_[i][k];

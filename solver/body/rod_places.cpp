@@ -91,7 +91,7 @@ int RodBody::segment_of(const CurvePlace& at) const
 
 bool RodBody::starts_in_sheath(int node) const
 {
-    return material_ && node < sheathed();
+    return material_ && node < nodes_in_sheath();
 }
 
 Curve RodBody::curve() const

@@ -75,14 +75,14 @@ int RodBody::node_at_end(double s) const
     return last;
 }
 
-int RodBody::sheathed() const
+int RodBody::nodes_in_sheath() const
 {
     return material_ ? sheath_.node + 1 : 0;
 }
 
 bool RodBody::in_sheath(const CurvePlace& at) const
 {
-    const int n = sheathed();
+    const int n = nodes_in_sheath();
     return at.t <= 0 ? at.piece < n : at.piece + 1 < n;
 }
 
@@ -100,7 +100,8 @@ HeldBase RodBody::held_base(const SheathEnd& at) const
 {
     HeldBase base{*material_};
     // Where hardly anything is in the sheath its end is the base, by whatever it is held.
-    if (!(rod_.length - at.fed > kGives * whole_[0].length)) base.give = base.turn_give = 1;
+    if (!(rod_.length - at.fed > kGives * whole_[0].length))
+        base.compliance = base.turn_compliance = 1;
     if (at.node < rod_.element_count()) base.next = rod_.s[std::size_t(at.node) + 1];
     base.base_insertion = at.fed;
     base.inserted = at.fed + at.stretch;
@@ -261,7 +262,7 @@ void RodBody::begin_at_sheath()
         next.s = rod_.length - next.fed;
     } else {
         // Stretched or compressed in the sheath by much of an element it is not where its base
-        // says.
+        // states.
         const double whole = whole_[std::size_t(next.node)].length,
                      first = rod_.s[std::size_t(next.node) + 1] - next.s;
         if (!(first > kLeast * whole && first < kMost * whole))
@@ -285,7 +286,7 @@ void RodBody::begin_at_sheath()
 }
 
 /// What is out is turned as its base is: a guess, from which the balance is not far. What nothing
-/// else holds turns about the sheath as a whole; what leans on something turns where it is.
+/// else holds turns about the sheath as a whole; what rests on something turns where it is.
 void RodBody::turn_with_sheath()
 {
     const double turn = sheath_.turned - accepted_.end.turned;

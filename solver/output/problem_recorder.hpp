@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// Writes the contact problems that a run meets, one FCLib file a step and wire, with the step's
+/// Writes the contact problems that arise in a run, one FCLib file a step and wire, with the step's
 /// own solution.
 class ProblemRecorder {
 public:

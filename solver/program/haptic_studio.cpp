@@ -108,7 +108,7 @@ void HapticStudio::answer(const std::string& line, const std::string& scene,
             json.member("ok", true);
             break;
         default:
-            r.issues.push_back({"", "do", "a haptic run, which goes on by itself",
+            r.issues.push_back({"", "do", "a haptic run, which continues by itself",
                                 "set, scene, inputs, frame, or its end"});
         }
     if (!r.issues.empty()) {

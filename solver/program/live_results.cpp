@@ -70,7 +70,7 @@ void LiveResults::begin(const SteppedScene& scene, const std::string& folder, bo
 
 void LiveResults::resume(SteppedScene& scene, const std::string& folder)
 {
-    end("another run is gone on with");
+    end("another run is lost on with");
     begin(scene, folder, true);
 }
 
@@ -86,7 +86,7 @@ bool LiveResults::add(const SteppedScene& scene)
             end("");
             failure_ = "the folder of results could not be written to";
         }
-    } catch (const std::exception& error) { // the run goes on without
+    } catch (const std::exception& error) { // the run continues without
         failure_ = error.what();
         open_.reset();
     }

@@ -14,20 +14,20 @@ std::string make_numbered_folder(const std::string& base);
 
 /// The results of a scene that is led by hand, as `amontons run` writes them (docs/outputs.md): a
 /// numbered folder for each stretch of steps in one scene without a jump back. What the folder's
-/// manifest has as command goes on with it, with --resume.
+/// manifest has as command continues with it, with --resume.
 class LiveResults {
 public:
     /// @param base  of the folders' names, absolute
     explicit LiveResults(std::string base);
     ~LiveResults();
 
-    /// Goes on where a folder ends. The simulation is brought to its checkpoint.
+    /// Continues where a folder ends. The simulation is brought to its checkpoint.
     /// @throws InputError  as RunWriter
     void resume(SteppedScene& scene, const std::string& folder);
     /// Writes the last step of the scene.
     /// @return  false if a file could not be written: then nothing is written any more
     bool add(const SteppedScene& scene);
-    /// No step goes on from the last one: the next one begins another folder.
+    /// No step continues from the last one: the next one begins another folder.
     /// @param why  for the manifest
     void end(const std::string& why);
 

@@ -78,9 +78,9 @@ public:
     {
     }
     const std::vector<Issue>& warnings() const { return scene_.warnings(); }
-    /// The engine of amontons studio: answers tell the units of quantities, too.
+    /// The engine of amontons studio: answers report the units of quantities, too.
     /// @param results  of LiveResults; "": none are written
-    /// @param resume   folder of results that is gone on with; "": none
+    /// @param resume   folder of results that no longer exists on with; "": none
     /// @throws InputError  that folder is not of this scene
     void become_engine(const std::string& results, const std::string& resume)
     {
@@ -91,7 +91,7 @@ public:
         if (!results_) results_.emplace(resume);
         results_->resume(scene_, resume);
     }
-    /// What there is to tell beside answers, a line each; told once.
+    /// What there is to report beside answers, a line each; reported once.
     std::string take_news()
     {
         std::string lines;
@@ -158,8 +158,8 @@ public:
         if (!frames_.due()) return "";
         const bool whole = frames_.next_is_whole() || !view_;
         const Record& record = scene_.record();
-        return frames_.take(next_view(whole), whole, record ? record->step.step : -1,
-                            scene_.time(), scene_.done());
+        return frames_.take(next_view(whole), whole, record ? record->step.step : -1, scene_.time(),
+                            scene_.done());
     }
 
     /// Does what a line asks for. @return  the line that answers
@@ -238,7 +238,7 @@ private:
             json.key("check").json(in_one_line(check_scene(*scene_.scene())));
             return;
         case Request::contacts:
-            return tell_contacts(json.member("ok", true));
+            return send_contacts(json.member("ok", true));
         case Request::sets:
             return tell_sets(json.member("ok", true));
         case Request::view:

@@ -139,7 +139,7 @@ void studio(const StudioArguments& arguments, Session& session)
     const AmontonsStudio how{program.c_str(),   pages.c_str(),   root_text.c_str(),
                              open_text.c_str(), results.c_str(), schema.c_str(),
                              version.c_str(),   arguments.port,  60 * arguments.idle,
-                             say_ready,         wants_end};
+                             announce_ready,    wants_end};
     const std::string problem = serve(&how);
     if (!problem.empty())
         throw InputError({{"(studio)", "", problem, "another port, or a whole build"}});

@@ -108,7 +108,8 @@ Table empty_table(const Definition& d)
 void tell(Table& table, const StudyArguments& a, const std::string& folder, Session& session)
 {
     table.by_cpu = a.time == "cpu";
-    if (!a.add.empty()) table.added = read_added(read_file(a.add), a.add, table.quantity, table.by_cpu);
+    if (!a.add.empty())
+        table.added = read_added(read_file(a.add), a.add, table.quantity, table.by_cpu);
     evaluate(table);
     if (a.table == "tex") write_file(folder + "/study.tex", tex_of(table));
     write_file(folder + "/study.csv", csv_of(table));
@@ -520,7 +521,7 @@ void add_study(CLI::App& program, Session& session)
     command
         ->add_option("--run-by", a->run_by,
                      "A program that is called, and answers, as amontons run --json does (its "
-                     "cpu_seconds, if it tells them, count)")
+                     "cpu_seconds, if it reports them, count)")
         ->type_name("PROGRAM");
     command->add_flag("--restart", a->restart, "Throw away what the folder has");
     command->add_flag("--keep", a->keep, "Keep the files of every run");

@@ -210,7 +210,7 @@ StartOverlap start_overlap(const ContactLaw& law)
                                           : StartOverlap::refuse;
 }
 
-/// What segments of an instrument say of friction counts for what it touches, but for other rods.
+/// What segments of an instrument state of friction counts for what it touches, but for other rods.
 void set_friction_of_segments(ContactPair& p, const std::vector<BeamSegment>& segments)
 {
     if (std::ranges::none_of(segments, [](const BeamSegment& s) { return s.friction.has_value(); }))

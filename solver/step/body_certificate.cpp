@@ -116,7 +116,7 @@ bool BodyStepper::check_end_of_step()
         u.segment(rows_.first[i], size) = value_[std::size_t(at->second)].head(size);
         if (joint) {
             const int c = at->second - int(list_.contact.size());
-            u[rows_.first[i]] += give_of(std::size_t(c)) * r[rows_.first[i]];
+            u[rows_.first[i]] += compliance_of_row(std::size_t(c)) * r[rows_.first[i]];
         }
         if (f.isZero(0)) continue;
         const Vec3 along =

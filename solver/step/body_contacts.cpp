@@ -38,7 +38,7 @@ constexpr std::int64_t kCaps = std::int64_t(1) << 50;
 constexpr std::int64_t kBulge = std::int64_t(1) << 60;
 
 constexpr double kMargin = 0.002; // of the smaller body: see ContactPair
-constexpr double kReach = 0.2;    // of it: gaps that are looked at, unless it is said
+constexpr double kReach = 0.2;    // of it: gaps that are examined, unless it is reported
 /// Of that, how far rigid bodies of triangles are searched in motion: what lies farther apart than
 /// the margin is left out anyway, and their triangles are many.
 constexpr double kReachInMotion = 0.25;
@@ -597,7 +597,8 @@ void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& mas
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     if (!master_has_nodes) {
-        add(sharp_contacts(slave, master, reach_, nullptr, true), pair, p.a, p.b, false, out, kSharp);
+        add(sharp_contacts(slave, master, reach_, nullptr, true), pair, p.a, p.b, false, out,
+            kSharp);
         return;
     }
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];

@@ -38,7 +38,7 @@ struct BodyContact {
     Mat3 frame = Mat3::Identity(); ///< columns n (from b into a), t1, t2
     double gap = 0;                ///< at the iterate [m]
     double area = 0;               ///< that it stands for, 0 if unknown [m^2]
-    double friction = -1;          ///< < 0: its pair's
+    double friction = -1;          ///< coefficient [-]; < 0: that of its pair
     /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
@@ -103,7 +103,7 @@ struct ContactPair {
     /// Numbers of the bodies; b -1: an obstacle.
     int a = 0, b = -1;
     int obstacle = -1;                       ///< of the scene's, where b is -1
-    double friction = 0, restitution = 0;    ///< of segments: the largest
+    double friction = 0, restitution = 0;    ///< coefficients [-]; of segments: the largest
     std::vector<double> friction_of_segment; ///< of an instrument a; empty: one for all
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false;
@@ -119,12 +119,13 @@ struct ContactPair {
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
+/// Coulomb's coefficient of a contact [-].
 inline double friction_of(std::span<const ContactPair> pairs, const BodyContact& c)
 {
     return c.friction >= 0 ? c.friction : pairs[std::size_t(c.pair)].friction;
 }
 
-/// Where two bodies stand in each other.
+/// An overlap of two bodies.
 struct BodyOverlap {
     int a = 0, b = -1, obstacle = -1; ///< as in ContactPair
     int pair = -1;                    ///< of those given; -1: of the rest
@@ -231,12 +232,11 @@ public:
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
-    /// Contacts of a pair that find() has met, of rigid bodies or one and an obstacle, at the
+    /// Contacts of a pair that find() has found, of rigid bodies or one and an obstacle, at the
     /// iterate.
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
-    /// Where bodies stand in each other at the iterate: measured on their surfaces, whatever
-    /// contacts were found.
+    /// Overlaps at the iterate: measured on the surfaces, whatever contacts were found.
     /// @param small_too  pairs that keep the geometry of the start, where that is the geometry
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
                   bool small_too = false);
@@ -281,8 +281,8 @@ public:
     /// searched for, or less. Of quasi-static steps.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
-    /// Bodies that have passed through each other between the start of the step and the iterate, so
-    /// far that contacts no longer tell; "" if none has.
+    /// Bodies that have passed through each other between the start of the step and the iterate,
+    /// farther than contacts can show; "" if none has.
     std::string passed(const std::vector<BodyRef>& bodies);
 
 private:

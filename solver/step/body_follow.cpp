@@ -112,7 +112,7 @@ bool BodyStepper::all_rows_hold()
         rows_.count > (joints_only ? kMostJoints : kMostRows))
         return false;
     for (const int c : rows_.chosen)
-        if (c < contacts_here && list_.contact[std::size_t(c)].slid) return false;
+        if (c < contacts_here && list_.contact[std::size_t(c)].sliding_at_start) return false;
     const Eigen::MatrixXd W =
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     closed_ = close_rows(W);

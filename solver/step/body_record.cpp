@@ -595,7 +595,7 @@ std::vector<ContactRecord> contact_records_of(const BodySystem& system, const Bo
         const ContactPair& pair = pairs[std::size_t(k.pair)];
         ContactRecord r;
         r.point = k.point;
-        if (pair.small) { // found where the run began: told where the body is now
+        if (pair.small) { // found where the run began: reported where the body is now
             const SolidBody& solid = *system.refs[std::size_t(k.a)].solid;
             const auto node = std::size_t(k.id % kNodeNumbers);
             r.point += solid.places()[node] - solid.first_places()[node];

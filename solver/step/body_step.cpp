@@ -184,7 +184,7 @@ void BodyStepper::mark_sliding()
         if (known == force_.end()) continue;
         const Vec3 force = contact.frame.transpose() * known->second;
         const double friction = friction_of(system_.finder.pairs(), contact);
-        contact.slid =
+        contact.sliding_at_start =
             friction > 0 && force.x() > 0 &&
             force.tail<2>().norm() >= kOnCone * friction * force.x() &&
             step_.h * past_slip(contact).norm() > kMoves * body(std::size_t(contact.a)).size();
@@ -384,7 +384,7 @@ bool BodyStepper::run()
     if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
         std::vector<std::size_t> prescribed;
         for (std::size_t b = 0; b < bodies(); ++b)
-            if (body(b).stand_at_start()) prescribed.push_back(b);
+            if (body(b).reset_to_start()) prescribed.push_back(b);
         if (step_.follows) {
             JointFrames frames;
             for (std::size_t c = 0; c < system_.couplings.size(); ++c)

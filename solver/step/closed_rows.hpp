@@ -15,6 +15,7 @@ struct ClosedRows {
     Eigen::MatrixXd share;       ///< of the kept ones in each that is left, kept x left
     Eigen::MatrixXd left_root;   ///< Cholesky's of 1 + share^T share
 
+    /// Whether there are no closed rows.
     bool empty() const { return root.size() == 0; }
 };
 

@@ -81,9 +81,9 @@ struct CouplingRow {
 struct JointFrames {
     int input = -1; ///< of the scene's couplings
     struct Frame {
-        Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
-        Mat3 R = Mat3::Identity(); ///< the same
-        Vec3 shift = Vec3::Zero(); ///< of local (0, 0, 0) [m]
+        Eigen::Quaterniond turn = Eigen::Quaterniond::Identity(); ///< from local to world axes
+        Mat3 R = Mat3::Identity();                                ///< the same
+        Vec3 shift = Vec3::Zero();                                ///< of local (0, 0, 0) [m]
     } a, b;
     std::vector<PatchPose> poses; ///< of patches: a's first, b's last
 };

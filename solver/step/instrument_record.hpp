@@ -18,6 +18,7 @@ void record_instrument(const BeamRecord& beam, int body, double depth, double cl
 struct InstrumentLog {
     /// Part of the vessel in which the tip is.
     BranchLog branch;
+    /// Largest values of the run [m], [N], [N m], [N].
     double max_depth = 0, max_push = 0, max_torque = 0, max_clustered = 0;
 
     /// @param walls  obstacles that it can touch

@@ -35,6 +35,7 @@ public:
     /// @param layout  the inputs that read() will be asked of: its own, or those of the same
     ///                simulation with other holds and loads
     void save(ByteWriter& out, const LiveInputs& layout) const;
+    /// The state of one input.
     struct Saved {
         /// Set by a caller; waiting for its first value.
         bool live = false, waiting = false;

@@ -155,9 +155,9 @@ public:
     virtual std::vector<std::byte> save() const = 0;
     /// @throws InputError  if the bytes do not fit this scene; nothing is changed
     virtual void restore(const std::vector<std::byte>& state) = 0;
-    /// Goes on where a simulation of the same bodies is; their materials, holds, loads, sets and
-    /// laws of contact may be others. A hold that is gone lets go over the next step, one that is
-    /// new takes its nodes over that step to where it says.
+    /// Continues where a simulation of the same bodies is; their materials, holds, loads, sets and
+    /// laws of contact may be others. A hold that no longer exists releases over the next step, one
+    /// that is new takes its nodes over that step to where it specifies.
     /// @throws InputError  if the bodies are not the same; nothing is changed
     virtual void take_over(const Simulation& before) { restore(before.save()); }
 };

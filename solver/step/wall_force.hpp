@@ -14,9 +14,9 @@ struct WallForce {
 
     /// Where a contact of the last record was: the next is probably near.
     struct Found {
-        int body = 0;
-        Vec3 point = Vec3::Zero();
-        std::int32_t triangle = -1;
+        int body = 0;               ///< that touches the wall
+        Vec3 point = Vec3::Zero();  ///< of the contact [m]
+        std::int32_t triangle = -1; ///< of the wall's file; -1: none
     };
     std::vector<Found> last;            ///< in the order of the contacts
     std::unique_ptr<BoundingTree> tree; ///< of the surface, made when a contact first needs it

@@ -17,7 +17,7 @@ struct GroupState {
     std::vector<std::vector<Reaction>> nested;
 };
 
-/// While it is there, solves of these groups look at `stop`.
+/// While it is there, solves of these groups examine `stop`.
 class Listening {
 public:
     Listening(std::vector<WireGroup>& groups, const std::atomic<bool>& stop) : groups_(groups)
@@ -37,6 +37,7 @@ private:
     std::vector<WireGroup>& groups_;
 };
 
+/// A copy of the state of all wires.
 GroupState state_of(const WireGroup& group);
 /// Restores a state.
 void restore(WireGroup& group, const GroupState& state);

@@ -49,6 +49,7 @@ struct NewtonOptions {
     const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: there is no answer then
 };
 
+/// Whether somebody asked for the end.
 inline bool stopped(const NewtonOptions& options)
 {
     return options.stop && *options.stop;

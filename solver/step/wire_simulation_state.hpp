@@ -40,7 +40,7 @@ struct WireSimulation::State {
     std::vector<WireHistory> history;
     std::vector<WireOverlap> overlap; ///< of each wire at the last accepted state
     std::vector<WallForce> force;     ///< on each obstacle
-    std::vector<double> wall_moved;   ///< of each vessel's wall the most that was looked at [m]
+    std::vector<double> wall_moved;   ///< of each vessel's wall the most that was examined [m]
 
     bool started = false;
     double time = 0, step_length = 0;

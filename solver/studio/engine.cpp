@@ -37,7 +37,7 @@ Json refusal(const std::string& status, const std::string& found, const std::str
              Json::array({{{"file", ""}, {"place", ""}, {"found", found}, {"allowed", allowed}}})}};
 }
 
-/// Of a scene's results: its file's name, or its folder's where that says nothing.
+/// Of a scene's results: its file's name, or its folder's where that gives no information.
 std::string name_of(const std::string& scene)
 {
     const std::filesystem::path path(scene);
@@ -146,7 +146,7 @@ void Engine::end(std::unique_lock<std::mutex>& lock)
     changed_.notify_all();
     lock.unlock();
     if (old.pid > 0) {
-        // A hand's force goes to zero, and files are finished, where there is time for it.
+        // A hand's force tends to zero, and files are finished, where there is time for it.
         ::kill(old.pid, SIGINT);
         const double until = now() + kLastWords;
         bool gone = false;

@@ -17,22 +17,22 @@ namespace amontons::studio {
 /// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
-/// What is simulated, and how it goes on.
+/// What is simulated, and how it continues.
 struct EngineStart {
     std::string scene;            ///< its path
     std::vector<std::string> set; ///< "PATH=VALUE"
     std::string device;           ///< of a haptic run, as --device; "": none
     bool virtual_time = false;    ///< of a haptic run
-    std::string resume; ///< folder of results that is gone on with; "": from the beginning
+    std::string resume; ///< folder of results that no longer exists on with; "": from the beginning
 };
 
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`, or `amontons
-/// haptic`. Whatever happens to it, the server lives on and tells why. For many threads.
+/// haptic`. Whatever happens to it, the server lives on and gives the reason. For many threads.
 class Engine {
 public:
     /// @param program  amontons
     /// @param results  folder that those of runs are written to; "": none are written
-    /// @param tell     called with each line that the page is to know, without its end; by any
+    /// @param report     called with each line that the page is to know, without its end; by any
     ///                 thread
     Engine(std::string program, std::string results, std::function<void(std::string)> tell);
     Engine(const Engine&) = delete;
@@ -89,7 +89,7 @@ private:
     std::deque<std::string> to_send_; ///< by a thread: the engine may be in a long step
     std::condition_variable changed_;
     Process process_;
-    int number_ = 0; ///< of the process: what an older one says is passed over
+    int number_ = 0; ///< of the process: what an older one states is passed over
     std::string state_ = "none", reason_, last_error_;
     EngineStart how_;                 ///< its `set` as the scene was started or changed since
     std::string folder_;              ///< of results, that the engine writes or wrote

@@ -500,7 +500,7 @@ private:
         return path && fs::is_regular_file(*path, error);
     }
 
-    /// What the manifest of a folder says that it was made from.
+    /// What the manifest of a folder states that it was made from.
     Json start_of_folder(const Json& folder, EngineStart& how, Json& refused) const
     {
         const std::string name = folder.is_string() ? folder.get<std::string>() : "";

@@ -368,7 +368,7 @@ class StudioTest(unittest.TestCase):
         on = s.do("step")
         self.assertTrue(on["ok"])
         self.assertAlmostEqual(on["time"], 1.25 + (on["step"]["number"] - 25) * 0.05, 9)
-        # The manifest's own command goes on with it, too.
+        # The manifest's own command continues with it, too.
         s.do("stop")
         command = json.loads((second / "manifest.json").read_text())["command"]
         done = subprocess.run([program, *command[1:], "--resume", "--quiet", "--set=output.plots=false"],

@@ -1,4 +1,4 @@
-// Faces of a cut: where a plane goes through a closed surface, the inside is shown full and not hollow.
+// Faces of a cut: where a plane cuts a closed surface, the inside is shown full and not hollow.
 //
 // The surface's back sides add one to the stencil of each point, its front sides take one away; what is left is seen
 // through the cut, and the plane is drawn there. One body after the other, each with a plane of its own.
@@ -85,7 +85,7 @@ export class CutFaces {
     if (cut) cut.group.visible = false;
   }
 
-  /** Before its geometry goes. */
+  /** Before its geometry is freed. */
   remove(name: string) {
     const cut = this.cuts.get(name);
     if (!cut) return;

@@ -91,7 +91,7 @@ export function leadInputs(inputs: Input[]) {
 
 // ---- gamepad
 
-const kDead = 0.12; // of a stick that is let go
+const kDead = 0.12; // of a released stick
 const kSpeed = 0.25; // of an input's range in a second, at full deflection
 const chosen: [string, string] = ["", ""]; // inputs of the two axes of the left stick
 let polling = false;

@@ -140,7 +140,7 @@ export class LiveReader {
   }
 }
 
-/** A field whose values are made when somebody looks at them. */
+/** A field whose values are made when they are first shown. */
 function lazy(name: string, unit: string, make: () => Float32Array): Field {
   let made: Float32Array | null = null;
   return {

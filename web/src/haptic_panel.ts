@@ -21,7 +21,7 @@ async function begin() {
   await ask("start", { scene: app.start.scene, set: app.start.set, device: name, virtual_time: virtual });
 }
 
-// ---- what is told of the loop
+// ---- what is shown of the loop
 
 const rows: [string, (h: Health) => string][] = [
   ["State", (h) => h.state + (h.reason ? `: ${h.reason}` : "")],

@@ -198,7 +198,7 @@ function cutControls(): HTMLElement {
       ],
       "",
       (axis) => {
-        // The half towards the camera goes: else the cut is on the far side.
+        // The half towards the camera is cut off: else the cut is on the far side.
         above = axis !== "" && views[0].seesCutAbove(axis as "x" | "y" | "z");
         change({ axis: axis as Cut["axis"], flip: above !== other });
       },

@@ -215,7 +215,7 @@ async function begun() {
   get folder() {
     return app.folder;
   },
-  /** Of this page, so far: steps that were told of, instants that were kept. */
+  /** Of this page, so far: steps that were reported, instants that were kept. */
   get steps() {
     return counts.steps;
   },

@@ -1,4 +1,4 @@
-// What the page has to say, the newest first.
+// Messages of the page, the newest first.
 
 import * as api from "./api";
 import { el } from "./dom";
@@ -14,7 +14,7 @@ export function say(text: string, bad = false, ...more: HTMLElement[]) {
   while (list.children.length > kMost) list.lastElementChild!.remove();
 }
 
-/** A command whose refusal is said. */
+/** A command whose refusal is shown. */
 export async function ask(what: string, fields: object = {}): Promise<api.Answer> {
   const answer = await api.command(what, fields);
   if (!answer.ok) say(`${what}: ${api.issueText(answer.issues)}`, true);

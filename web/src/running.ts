@@ -1,4 +1,4 @@
-// Run, pause, step, stop, resume; what the engine tells.
+// Run, pause, step, stop, resume; the events of the engine.
 
 import * as api from "./api";
 import { el, select } from "./dom";

@@ -78,7 +78,7 @@ export async function setField(path: string, value: any, old: any, undoing = fal
     else say(`${text} from step ${answer.step.number + 1} on, after t = ${shortNumber(answer.time)} s`);
     return true;
   }
-  // Bodies of another make do not go on from the state of these: that needs a new start.
+  // Bodies of another make cannot continue from the state of these: that needs a new start.
   if ((answer.issues ?? []).some((i) => i.file === "checkpoint")) {
     const again = async () => {
       const undone = [...undoList, { path, old, set: app.start.set }];

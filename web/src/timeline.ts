@@ -133,7 +133,7 @@ for (const [a, b] of [
     tying = false;
   };
 
-/** After the second view has come or gone. */
+/** After the second view was opened or closed. */
 export function arrangeViews(into: HTMLElement) {
   const both = second();
   views[1].look = app.other ? look : secondLook;

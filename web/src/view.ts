@@ -44,7 +44,7 @@ const kMap = Array.from({ length: 1024 }, (_, i) => linear(viridis(i / 1023)));
 const kLinearPlain = kPlain.map(linear);
 const kWire = linear([0.16, 0.2, 0.28]);
 
-/** A place of a body: it goes with it. */
+/** A place of a body: it moves with it. */
 export interface Place {
   name: string;
   triangle: number;

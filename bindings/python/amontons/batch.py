@@ -71,7 +71,7 @@ class Batch:
         return self._native.messages
 
     def advance(self, seconds: float, *, where: ArrayLike | None = None) -> NDArray[np.int8]:
-        """All, or those where `where` (count,) is true, go on by so many seconds. The first call also finds the state
+        """All, or those where `where` (count,) is true, continue by so many seconds. The first call also finds the state
         at the start.
 
         Returns (count,) int8: 0 moved, 1 at its scene's end, 2 failed: it is as after its last accepted step, and

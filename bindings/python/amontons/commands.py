@@ -73,7 +73,7 @@ class Study:
 
 
 def _names_function(file):
-    """Whether a scene's file asks for a contact solver of this process; what is wrong with it the study says."""
+    """Whether a scene's file asks for a contact solver of this process; what is wrong with it the study states."""
     try:
         return _asks_function(Scene(file))
     except InputError:

@@ -80,7 +80,7 @@ class Session:
         self._native.start()
 
     def stop(self) -> None:
-        """Ends what is running; the force goes to zero in 50 ms. Returns when it has."""
+        """Ends what is running; the force tends to zero in 50 ms. Returns when it has."""
         self._native.end()
 
     def wait(self, seconds: float | None = None) -> bool:
@@ -105,12 +105,12 @@ class Session:
         return self._native.said()
 
     def set(self, path: str, value: Any) -> None:
-        """Asks for another value of the scene, which counts once what it needs is made; `messages` tells of it."""
+        """Asks for another value of the scene, which counts once what it needs is made; `messages` reports of it."""
         for line in overrides({path: value}):
             self._native.ask(line)
 
     def summary(self) -> dict[str, Any]:
-        """What `amontons haptic --json` says, as a dict, after the end. RuntimeError before; SolveFailed if there was no
+        """What `amontons haptic --json` states, as a dict, after the end. RuntimeError before; SolveFailed if there was no
         force, or the simulation stopped."""
         answer = self._native.summary()
         if answer["status"] == "failed":

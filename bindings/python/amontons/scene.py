@@ -61,7 +61,7 @@ class Scene:
         return Scene._of(self._text.changed(overrides(set)))
 
     def check(self) -> dict[str, Any]:
-        """What `amontons check --json` says, as a dict: bodies, surfaces, pairs, uses, leaves_out, predicted.
+        """What `amontons check --json` states, as a dict: bodies, surfaces, pairs, uses, leaves_out, predicted.
 
         Makes the bodies and runs nothing. Raises InputError as Simulation would.
         """

@@ -200,7 +200,7 @@ class Simulation(_native.Stepper):
         """Steps to the scene's end.
 
         output: a folder for the files of `amontons run`; None writes none. on_step: called with the StepRecord of
-        every `every`-th step, the first included; returning True ends the run. resume: goes on from the folder's
+        every `every`-th step, the first included; returning True ends the run. resume: continues from the folder's
         checkpoint. record: keeps every step's contact problem as an FCLib file, in OUTPUT/record (read_fclib).
 
         Returns a RunSummary. Raises SolveFailed, with `summary` and `record`, when a step fails;
@@ -212,7 +212,7 @@ class Simulation(_native.Stepper):
         if isinstance(every, bool) or not isinstance(every, (int, np.integer)) or every < 1:
             refuse("every", repr(every), "a whole number >= 1")
         if resume and output is None:
-            refuse("resume", "no output", "the folder of the run to go on with")
+            refuse("resume", "no output", "the folder of the run to continue with")
         if record and output is None:
             refuse("record", "no output", "the folder of the run that is recorded")
         if record:

@@ -210,7 +210,7 @@ class BatchTest(Case):
             asked = len(calls)
             again = am.study(scene, sweep={"contact_solver.function": ["", "own", "lazy"], "time.step": [0.02, 0.01]},
                              quantity="box_velocity_x", reference=0.1 * slid, output="out/s")
-            self.assertEqual(len(calls), asked)  # it goes on from what is there
+            self.assertEqual(len(calls), asked)  # it continues from what is there
             self.assertEqual([r["value"] for r in again.rows[:4]], [r["value"] for r in study.rows[:4]])
             with self.refused("jobs"):
                 am.study(scene, sweep={"contact_solver.function": ["own"]}, quantity="box_velocity_x", output="out/t", jobs=2)

@@ -1,4 +1,4 @@
-"""Bodies as meshes of pyvista and meshio, where these are installed; else what is missing is said."""
+"""Bodies as meshes of pyvista and meshio, where these are installed; else what is missing is reported."""
 
 import importlib.util
 import sys

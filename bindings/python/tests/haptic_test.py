@@ -49,7 +49,7 @@ class HapticTest(Case):
             # 4 mm below the floor, between two springs of 1000 N/m: hand and coupling.
             self.assertAlmostEqual(trace["sent_z"][-1], 2, delta=0.1)
             now = session.latest()
-            self.assertAlmostEqual(now.force[2], 2, delta=0.2)  # as of the pose that the last step met
+            self.assertAlmostEqual(now.force[2], 2, delta=0.2)  # as of the pose that the last step used
             self.assertEqual((now.contacts.names, len(now.contacts)), (("floor", "ball"), 1))
             np.testing.assert_allclose(abs(now.contacts.normal_force), now.force[2], rtol=0.05)
             self.assertEqual(now.place.shape, (3,))

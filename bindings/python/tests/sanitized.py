@@ -1,6 +1,6 @@
 """What validation/robustness.sh runs with the module under sanitizers.
 
-    sanitized.py views      10 000 steps, views kept at random: nothing is read that is gone, nothing changes
+    sanitized.py views      10 000 steps, views kept at random: nothing is read that no longer exists, nothing changes
     sanitized.py threads    8 threads in one vessel: the bits of one alone
 """
 

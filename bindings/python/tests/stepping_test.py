@@ -307,7 +307,7 @@ class SteppingTest(Case):
         self.assertEqual(sim.run().status, "done")
 
     def test_ctrl_c_comes_within_a_tenth_of_a_second_and_leaves_a_state_to_go_on_from(self):
-        # Steps of half a second and more, quick ones, and those of a wire in walls that give way.
+        # Steps of half a second and more, quick ones, and those of a wire in walls that are compliant.
         for scene, end in ((block(10), 1), (am.Scene(CATHETER, set={"time.end": 1000}), 1000), (am.Scene(SOFT_VESSEL), 13)):
             sim = am.Simulation(scene)
             sim.step()

@@ -64,7 +64,7 @@ class StubsTest(Case):
         with tempfile.TemporaryDirectory() as folder:
             allowed, settings = os.path.join(folder, "allowed"), os.path.join(folder, "mypy.ini")
             with open(allowed, "w", encoding="utf-8") as stream:
-                # What pybind11 does not tell: arguments of constructors, and its own mark of a class.
+                # What pybind11 does not report: arguments of constructors, and its own mark of a class.
                 stream.write(r"amontons\._native\.\w+\.__init__" "\n" r".*\.__pybind11_module_local.*" "\n")
             with open(settings, "w", encoding="utf-8") as stream:
                 # Optional packages; and classes that are gymnasium's where that is there.

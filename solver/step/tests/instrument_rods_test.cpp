@@ -167,7 +167,7 @@ TEST_CASE("a wire is pushed with what it exerts on a solid")
     CHECK(r.summary.uncertified_steps == 0);
 }
 
-TEST_CASE("what instruments cannot do beside other bodies is said with its place")
+TEST_CASE("what instruments cannot do beside other bodies is reported with its place")
 {
     const std::string good = pushed(R"("generate": "ball", "radius": 0.002)", 10);
     CHECK(wrong_in(good) == "");

@@ -41,15 +41,16 @@ TEST_CASE("a ball as large as the faces that it presses is held wherever it stan
 
 TEST_CASE("a rigid box in a coarse block ends with the same force in any number of steps")
 {
-    // As large as a face and a bit off its middle: corners on faces, edges across edges, all of whose
-    // faces flatten and rise as it goes in.
+    // As large as a face and a bit off its middle: corners on faces, edges across edges, all of
+    // whose faces flatten and rise as it enters.
     struct Case {
         const char* element;
         double tool, block, depth, poisson_ratio;
         int cells;
     };
-    for (const Case& c : {Case{"T10", 0.0273, 0.1, 0.005, 0.295, 4}, Case{"T4", 0.039, 0.1, 0.0096, 0.2, 5},
-                          Case{"H8", 0.03, 0.1, 0.004, 0.3, 4}}) {
+    for (const Case& c :
+         {Case{"T10", 0.0273, 0.1, 0.005, 0.295, 4}, Case{"T4", 0.039, 0.1, 0.0096, 0.2, 5},
+          Case{"H8", 0.03, 0.1, 0.004, 0.3, 4}}) {
         CAPTURE(std::string(c.element));
         Vec3 first = Vec3::Zero();
         for (const int steps : {1, 2, 3, 5, 10}) {
@@ -62,9 +63,9 @@ TEST_CASE("a rigid box in a coarse block ends with the same force in any number 
                            "hold": [{{"set": "z_min"}}]}}}},
                 "contact": [{{"between": ["tool", "block"]}}],
                 "time": {{"kind": "quasi_static", "step": {10}, "end": 1}})",
-                                             c.tool, c.tool / 2, -c.depth, c.block, c.block / 2, c.cells,
-                                             (c.cells + 1) / 2, c.element, -c.block / 4, c.poisson_ratio,
-                                             1.0 / steps));
+                                             c.tool, c.tool / 2, -c.depth, c.block, c.block / 2,
+                                             c.cells, (c.cells + 1) / 2, c.element, -c.block / 4,
+                                             c.poisson_ratio, 1.0 / steps));
             REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
             const Vec3 force = r.vector("tool_on_block_force");
             if (steps == 1) first = force;

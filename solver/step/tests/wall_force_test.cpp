@@ -40,7 +40,7 @@ TEST_CASE("a wall keeps the largest force at the corner next to each contact of 
     for (int step = 0; step < 60; ++step) {
         std::vector<ContactRecord> contacts;
         for (int wire = 5; wire < 7; ++wire)
-            for (int i = 0; i < 10 + step % 3; ++i) { // some come and go
+            for (int i = 0; i < 10 + step % 3; ++i) { // some appear and disappear
                 const double s = 0.11 * i - 0.013 * step, aside = wire == 5 ? 0.3 : -0.4;
                 ContactRecord c;
                 c.point = 0.99 * Vec3{std::cos(s), std::sin(s), aside}.normalized();

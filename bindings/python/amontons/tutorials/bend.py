@@ -21,7 +21,7 @@ scene = am.Scene({
     "time": {"step": 0.05, "end": 10}})
 print(scene.check()["predicted"])
 
-# %% Step by step: what a step told stays as it was, so the records can be kept.
+# %% Step by step: what a step reported stays as it was, so the records can be kept.
 records = []
 with am.Simulation(scene) as sim:
     while not sim.done:
@@ -30,7 +30,7 @@ push = np.array([r.quantities["push_force"] for r in records])
 depth = np.array([r.quantities["depth"] for r in records])
 print(len(records), "steps, the worst certificate", max(r.certificate.error for r in records))
 
-# %% Deep in the bend, where the wire has come to lie along the outer wall, it pushes as the formula says.
+# %% Deep in the bend, where the wire has come to lie along the outer wall, it pushes as the formula states.
 deep = (depth > 0.14) & (depth < 0.157)
 expected = EI / (2 * (R + tube_radius - wire_radius) ** 2)
 print(f"push {push[deep].mean():.4f} N, EI / (2 r^2) = {expected:.4f} N")

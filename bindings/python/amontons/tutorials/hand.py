@@ -32,7 +32,7 @@ assert abs(force[-1] - 0.004 * 500) < 0.1
 assert np.abs(np.diff(force)).max() < 0.1  # no tick jumps
 assert summary["energy_injected"] == 0  # it gives the hand no energy
 
-# %% By the clock: look at it while it lasts, change the floor's friction, stop.
+# %% By the clock: examine it while it lasts, change the floor's friction, stop.
 session = am.haptic.Session(scene, duration=30)
 session.start()
 while (now := session.latest()) is None or now.steps < 3:

@@ -2,7 +2,7 @@
 # # A contact solver of one's own
 #
 # u = W r + q, and between u and r the laws of Signorini and Coulomb. We write projected Gauss-Seidel, hold it against
-# amontons on a problem that a step has met, let it answer inside the steps of a scene, and compare error and time.
+# amontons on a problem that a step has found, let it answer inside the steps of a scene, and compare error and time.
 
 # %% One contact's block at a time, with De Saxce's shift and the projection on Coulomb's cone.
 import amontons as am
