@@ -17,7 +17,7 @@ using Piece = SharpFeatures::Piece;
 
 /// Faces beside what is sharp rise from what is touched (sine): by the first and more nothing else
 /// carries it, below the second faces meet.
-constexpr double kLeadsAway = 0.1, kFlat = -0.05;
+constexpr double kLeadsAway = 0.1, kLeastRise = -0.05;
 /// In between it may go this share of a face deeper, times what the rise lacks.
 constexpr double kDeeperWhereFlat = 0.1;
 
@@ -123,7 +123,7 @@ private:
     double least_rise(std::int64_t id) const
     {
         const bool begins = known_ && !std::binary_search(known_->begin(), known_->end(), id);
-        return begins ? kLeadsAway : kFlat;
+        return begins ? kLeadsAway : kLeastRise;
     }
 
     /// The gap of a contact whose faces rise by `rise`, with what may overlap there; nothing where
@@ -214,7 +214,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         // rolls onto its side would bring it in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         // A nearer face that one of its own faces examines is found by that: see points_away below.
-        const double by = bare ? kFlat : least_rise(id);
+        const double by = bare ? kLeastRise : least_rise(id);
         const NearestFace::Found met = faces.find(x, reach_, [&](const Facet& facet) {
             return points_away(own, i, facet.normal) > by || faces_towards(own, i, facet.normal);
         });
@@ -446,7 +446,7 @@ void Finder::edges_across_edges()
                     : on_master + q.chain * std::int64_t(of_slave.pieces.size()) + std::int64_t(i);
             const std::int64_t id = kCrossingIds + kMostCrossings * (pairs_of_chains + crossed);
             const double rise = points_away(edge, e, n);
-            if (std::abs(along.dot(n)) > kSteepEdge || rise <= kFlat) return;
+            if (std::abs(along.dot(n)) > kSteepEdge || rise <= kLeastRise) return;
             add(i, j, sharp ? n : Vec3(-n), id, rise);
         });
     }

@@ -366,7 +366,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     const std::vector<ContactPair>& pairs = system.finder.pairs();
     std::vector<Vec3> force(pairs.size(), Vec3::Zero());
     std::vector<double> pressure(pairs.size(), 0), normal(pairs.size(), 0), closed(pairs.size(), 0);
-    std::vector<char> without_area(pairs.size(), 0);
+    std::vector<double> without_area(pairs.size(), 0); // normal forces [N]
     const std::vector<Vec3> of_both_sides = forces_of_both_sides(step);
     for (std::size_t c = 0; c < step.contacts.contact.size(); ++c) {
         const BodyContact& k = step.contacts.contact[c];
@@ -376,12 +376,12 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         if (k.area > 0)
             pressure[std::size_t(k.pair)] = std::max(pressure[std::size_t(k.pair)],
                                                      k.frame.col(0).dot(of_both_sides[c]) / k.area);
-        else if (!step.force[c].isZero(0))
-            without_area[std::size_t(k.pair)] = 1;
+        else
+            without_area[std::size_t(k.pair)] += k.frame.col(0).dot(step.force[c]);
     }
     for (std::size_t p = 0; p < pairs.size(); ++p)
         if (const SolidBody* solid = system.refs[std::size_t(pairs[p].a)].solid;
-            solid && without_area[p] && pairs[p].surface_a)
+            solid && without_area[p] > 0.5 * normal[p] && pairs[p].surface_a)
             pressure[p] =
                 std::max(pressure[p], largest_pressure_of_nodes(pairs[p], *solid, int(p), step));
     std::vector<Vec3> on_body(system.refs.size(), Vec3::Zero());

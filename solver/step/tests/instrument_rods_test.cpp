@@ -103,34 +103,41 @@ TEST_CASE("a free ball rolls before a wire, which needs no force for it")
 TEST_CASE("the wall of a bend holds two wires side by side with their thrusts over its radius" *
           doctest::test_suite("slow"))
 {
-    const double radius = 0.08, from = 0.25, to = 1.3;
+    const double radius = 0.08;
     const Result r = done(side_by_side(radius, 3e-3, 0));
     const StepRecord& last = r.records.back();
     CHECK(r.summary.uncertified_steps == 0);
-    const auto in_bend = [&](const Vec3& x) {
-        const double angle = std::atan2(x.x() - 0.02, radius - x.y());
-        return x.x() > 0.02 && angle > from && angle < to;
-    };
-    double thrust = 0; // of both: the mean of each in the bend
-    for (const BeamRecord& beam : last.beams) {
-        const auto axial = std::ranges::find(beam.fields, "axial_force", &Field::name);
-        double sum = 0;
-        int nodes = 0;
-        for (std::size_t i = 0; i < beam.points.size(); ++i)
-            if (in_bend(beam.points[i])) {
-                sum -= axial->values[i];
-                ++nodes;
-            }
-        REQUIRE(nodes > 20);
-        thrust += sum / nodes;
+    // Between two directions of the bend its wall turns the thrust from one to the other. Contacts
+    // are 3 % of such a window apart: several windows say the mean.
+    double found = 0, expected = 0;
+    for (int k = 0; k < 16; ++k) {
+        const double from = 0.25 + 0.004 * k, to = 1.3 - 0.003 * k;
+        const auto in_bend = [&](const Vec3& x) {
+            const double angle = std::atan2(x.x() - 0.02, radius - x.y());
+            return x.x() > 0.02 && angle > from && angle < to;
+        };
+        double thrust = 0; // of both: the mean of each in the bend
+        for (const BeamRecord& beam : last.beams) {
+            const auto axial = std::ranges::find(beam.fields, "axial_force", &Field::name);
+            double sum = 0;
+            int nodes = 0;
+            for (std::size_t i = 0; i < beam.points.size(); ++i)
+                if (in_bend(beam.points[i])) {
+                    sum -= axial->values[i];
+                    ++nodes;
+                }
+            REQUIRE(nodes > 20);
+            thrust += sum / nodes;
+        }
+        CHECK(thrust > 10); // pressed on the wall all along
+        Vec3 wall = Vec3::Zero();
+        for (const ContactRecord& c : last.contacts)
+            if (std::min(c.body_a, c.body_b) == 1 && in_bend(c.point))
+                wall += c.body_a >= 2 ? c.force : Vec3(-c.force);
+        found += wall.norm();
+        expected += thrust * 2 * std::sin(0.5 * (to - from));
     }
-    CHECK(thrust > 10); // pressed on the wall all along
-    // Between two directions of the bend its wall turns the thrust from one to the other.
-    Vec3 wall = Vec3::Zero();
-    for (const ContactRecord& c : last.contacts)
-        if (std::min(c.body_a, c.body_b) == 1 && in_bend(c.point))
-            wall += c.body_a >= 2 ? c.force : Vec3(-c.force);
-    CHECK(wall.norm() == doctest::Approx(thrust * 2 * std::sin(0.5 * (to - from))).epsilon(0.01));
+    CHECK(found == doctest::Approx(expected).epsilon(0.01));
 }
 
 TEST_CASE("a wire bends a bar that is held at both ends by 192 EI / L^3, and is pushed with that")
