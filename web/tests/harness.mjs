@@ -166,7 +166,7 @@ export async function test(name, body, page) {
 export async function finish() {
   for (const c of children) c.kill("SIGKILL");
   for (const b of browsers) await b.close().catch(() => {});
-  rmSync(folder, { recursive: true, force: true });
+  rmSync(folder, { recursive: true, force: true, maxRetries: 20, retryDelay: 200 });
   console.log(failed ? `${failed} failed` : "all passed");
   process.exit(failed ? 1 : 0);
 }

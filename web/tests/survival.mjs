@@ -37,7 +37,7 @@ await test("the results of a live run are those of a run, and are compared like 
 
 await test("a server that is killed leaves its run, which is gone on with after a new start", async () => {
   await button(page, "Run").click();
-  await page.waitForFunction(() => studio.live.times.at(-1) > 0.5);
+  await page.waitForFunction(() => studio.live.times.at(-1) > 0.33);
   server.child.kill("SIGKILL");
   await message(page, /The server has ended.*out\/studio\/lasting-001/, 5);
   const there = await page.evaluate(() => studio.live.times.length);

@@ -108,7 +108,7 @@ TEST_CASE("the wall of a bend holds two wires side by side with their thrusts ov
     const StepRecord& last = r.records.back();
     CHECK(r.summary.uncertified_steps == 0);
     // Between two directions of the bend its wall turns the thrust from one to the other. Contacts
-    // are 3 % of such a window apart: several windows say the mean.
+    // are 3 % of such a window apart: the mean over several windows is taken.
     double found = 0, expected = 0;
     for (int k = 0; k < 16; ++k) {
         const double from = 0.25 + 0.004 * k, to = 1.3 - 0.003 * k;
