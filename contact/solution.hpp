@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// One examine the error on the way.
+/// One evaluation of the error on the way.
 struct ErrorPoint {
     /// Sweeps, projections or Newton steps so far.
     int iteration = 0;

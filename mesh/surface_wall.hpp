@@ -8,7 +8,7 @@ namespace amontons {
 
 /// How a triangle surface becomes a wall.
 struct SurfaceWallOptions {
-    /// Where the free space is: "inside", "outside", or "" to report from the surface: inside a
+    /// Where the free space is: "inside", "outside", or "" to determine it from the surface: inside a
     /// vessel (a surface whose holes are small), else the side that the normals of a closed
     /// surface point to. Required for an open surface that is no vessel.
     std::string side;

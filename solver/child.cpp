@@ -19,7 +19,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kLookAround = 100; // ms between examines the clock and the stop flag
+constexpr int kLookAround = 100; // ms between reads of the clock and the stop flag
 
 /// A process and the pipes it talks through. Killed if it is left alone.
 class Child {

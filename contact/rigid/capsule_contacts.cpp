@@ -53,7 +53,10 @@ struct Core {
         return n.dot(centre) - half_length * std::abs(n.dot(axis));
     }
     // Does an end stand higher than the other, along n, than a lying core's may?
-    bool lifted(std::size_t end, const Vec3& n) const { return side(end) * n.dot(axis) > kLean; }
+    bool lifted(std::size_t end, const Vec3& n) const
+    {
+        return side(end) * n.dot(axis) > kInclined;
+    }
 };
 
 // What contacts of convex bodies that overlap must agree with.
@@ -139,7 +142,7 @@ void touch_polyhedron(const PairFrame& pair, const Core& core, const PolyhedronS
         const Vec3 &n0 = b.normals[at(ends.face[0])], &n1 = b.normals[at(ends.face[1])];
         const Vec3 n = cross / (cross.dot(n0 + n1) < 0 ? -sine : sine);
         // A core that lies on a face crosses its outline twice, however it leans.
-        const double lean = n0.dot(n1) < kOpposed ? kLean : kStrict;
+        const double lean = n0.dot(n1) < kOpposed ? kInclined : kStrict;
         if (n.dot(edge.into[0]) > lean || n.dot(edge.into[1]) > lean) continue;
         const double gap = -n.dot(w) - core.radius;
         if (!(gap <= pair.reach)) continue;
@@ -283,7 +286,7 @@ void touch(const PairFrame& pair, const Capsule& a, const Cylinder& b, RigidCont
             if (std::abs(distance) < kTouching * pair.size) continue;
             const Vec3 n = up / distance;
             if (n.dot(m) < -kStrict) continue;
-            if (n.dot(radial) < -(n.dot(m) > kOpposed ? kLean : kStrict)) continue;
+            if (n.dot(radial) < -(n.dot(m) > kOpposed ? kInclined : kStrict)) continue;
             const double gap = distance - core.radius;
             if (gap > pair.reach) continue;
             if (gap > 0) way.take(core, n, highest);

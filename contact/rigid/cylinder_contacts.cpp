@@ -31,7 +31,7 @@ void facing_points(const Cylinder& own, const Mat3& turn, const Vec3& shift, con
         const Vec3 centre = a.end_centre(end);
         const double fall = -a.side(end) * a.axis.dot(n); // > 0: this end is the lower one
         // A rim point of the higher end counts only if the cylinder nearly lies.
-        if (fall < -kLean) continue;
+        if (fall < -kInclined) continue;
         if (own.spread > 0 && fall > 0 && tilt < kFlatOn) {
             spread_over(own, static_cast<int>(end), [&](const Vec3& x, std::size_t i) {
                 visit(turn * x + shift, Feature::spread, i);
@@ -219,7 +219,7 @@ void touch_vertices(CylinderPair& p)
         for (std::size_t end = 0; end < 2; ++end) {
             const Vec3 m = p.a.side(end) * p.a.axis;
             const double h = p.a.side(end) * z - p.a.half_length;
-            if (h <= p.pair.reach && beyond_side <= slack && rises(b, v, m, kLean) &&
+            if (h <= p.pair.reach && beyond_side <= slack && rises(b, v, m, kInclined) &&
                 (h >= 0 || nearest_way(p, -h, std::max(0.0, -beyond_side))))
                 add_contact(p, y - h * m, y, -m, h, Feature::face, end, Feature::vertex, v);
         }
@@ -303,9 +303,9 @@ void touch_cylinder_edges(CylinderPair& p)
                 // The other side of the rim, or the cylinder before it.
                 const Vec3 radial = (c->on_rim - p.a.end_centre(end)) / p.a.radius;
                 const bool along = std::abs(edge.along.dot(p.a.axis)) >= kOpposed;
-                if (n.dot(m) > (along ? kLean : kStrict)) continue;
+                if (n.dot(m) > (along ? kInclined : kStrict)) continue;
                 const bool flat = n.dot(m) < -kOpposed;
-                if (n.dot(radial) > (flat ? kLean : kStrict)) continue;
+                if (n.dot(radial) > (flat ? kInclined : kStrict)) continue;
                 if (!behind(b, number(i), n, m) || deep(gap, c->on_rim)) continue;
                 add_contact(p, c->on_rim, c->on_line, n, gap, Feature::rim,
                             2 * end + static_cast<std::size_t>(k) + 32, Feature::edge, number(i));
@@ -399,7 +399,7 @@ void rims_on_side(const TurnedCylinder& a, const TurnedCylinder& b, Add add_cont
             const Vec3 n = w / distance;
             const Vec3 radial = (c->on_rim - a.end_centre(end)) / a.radius;
             const bool along = std::abs(a.axis.dot(b.axis)) >= kOpposed;
-            if (n.dot(m) > (along ? kLean : kStrict) || n.dot(radial) > kStrict) continue;
+            if (n.dot(m) > (along ? kInclined : kStrict) || n.dot(radial) > kStrict) continue;
             add_contact(c->on_rim, c->on_line + b.radius * n, n, distance - b.radius, Feature::rim,
                         2 * end + static_cast<std::size_t>(k) + 32, Feature::face, 2);
         }

@@ -34,7 +34,7 @@ constexpr double kSamePlace = 1e-9;
 /// come from the faces around them. Ratio.
 constexpr double kTouching = 1e-6;
 /// Faces that are inclined by less are opposed: all their corners count. cos and sin of 30 degrees.
-constexpr double kOpposed = 0.86602540378443865, kLean = 0.5;
+constexpr double kOpposed = 0.86602540378443865, kInclined = 0.5;
 /// Behind a normal, with round-off (cosine); edges that are more parallel do not cross (sine).
 constexpr double kStrict = 1e-9, kParallel = 1e-6;
 /// A face with `spread` that is inclined by less (sine) touches with its area.

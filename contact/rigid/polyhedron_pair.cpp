@@ -178,7 +178,7 @@ std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, st
     const Vec3& place = x.view.vertices[at(vertex)];
     const double height = n.dot(place) - y.view.offsets[at(face)];
     if (height > pair.reach || height < pair.least || !pair.agrees(on_a ? n : Vec3{-n})) return {};
-    if (!rises(x.view, vertex, n, kLean)) return {};
+    if (!rises(x.view, vertex, n, kInclined)) return {};
     const Vec3 foot = place - height * n;
     if (!on_face(y, face, foot, kSamePlace * pair.size) &&
         !(beyond > 0 && in_hollow(y.view, face, foot, beyond)))

@@ -175,7 +175,7 @@ void touch_cylinder(const WallPair& pair, const Cylinder& a)
         const Vec3 centre = pair.pose.place + side * a.half_length * axis;
         if (const std::optional<Vec3> low = lowest_on_rim(pair, centre, axis, a.radius)) {
             const WallSample s = pair.wall(*low);
-            if (-side * axis.dot(s.normal) >= -kLean) pair.add(*low, s, Feature::rim, end);
+            if (-side * axis.dot(s.normal) >= -kInclined) pair.add(*low, s, Feature::rim, end);
         }
         // A wall that bulges into the end.
         const Mat3 flat = Mat3::Identity() - axis * axis.transpose();

@@ -12,7 +12,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kSweepBatch = 10;   ///< sweeps between two examines their rate
+constexpr int kSweepBatch = 10;   ///< sweeps between two evaluations of their rate
 constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 /// The same in a network of bodies. Its sweeps slow down: a digit takes twice as many as the last.
 constexpr int kNetworkBatch = 5;
@@ -168,7 +168,7 @@ void solve_automatically(SolverWork& work, bool warm)
     const bool helped = work.progress.best_error() < kHardlyHelped;
     if (helped && !network) {
         if (follow_path(work, matrix, kQuickNewton)) return;
-        matrix.trust(); // without rounding, factors of a singular W give no information about later
+        matrix.trust(); // without rounding, factors of a singular W are no use for later
                         // ones
         work.take_best();
     }

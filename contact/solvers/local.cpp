@@ -102,7 +102,7 @@ bool slip_by_bracket(const LocalBlock& a, double mu, double alone, double bn, do
     double high = start + c_size * coupling / (mu * alone) * (1 + 4 * kEpsilon);
     if (!(high > low) || !std::isfinite(high)) return false;
     if (a.small <= 0) {
-        // No stick point reports the sign at the lower end: look next to it.
+        // Without a stick point the sign at the lower end is unknown: evaluate next to it.
         const SlipPoint next_to_low =
             slip_at(a, k, bn, c1, c2, low + kEpsilon * (low + kEpsilon * high));
         if (!(next_to_low.h < 0)) return false;

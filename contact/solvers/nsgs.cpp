@@ -20,7 +20,7 @@ constexpr int kProofSweeps = 2;
 
 /// Differences that an extrapolation uses.
 constexpr int kDepth = 6;
-/// Residual that grew by this since the best: the past no longer reports the future.
+/// Residual that grew by this since the best: Anderson's history is dropped.
 constexpr double kDisorder = 2;
 /// Relative shift of the normal equations' diagonal: differences may be parallel.
 constexpr double kRegular = 1e-10;

@@ -13,7 +13,6 @@ namespace {
 constexpr double kShallow = 1e-3;     // of a face: depths that may be left out
 constexpr double kNearFace = 0.1;     // of a face: nearer places take the surface's normal
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
-constexpr double kLooking = 0.2;      // cosine: a face is directed at what it touches
 constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
 constexpr double kUpright = 1e-6;     // sine: a place is over a face
 
@@ -279,7 +278,7 @@ void faces_at(const PlacedSurface& surface, const SurfacePlace& place, const Vec
     for (const bool looking : {true, false}) {
         for_triangles_at(surface, place, [&](const FacetedSurface::Triangle& t) {
             const Vec3 n = area_vector(t, surface.places);
-            if (looking && !(n.dot(along) > kLooking * n.norm())) return;
+            if (looking && !(n.dot(along) > kFacing * n.norm())) return;
             if (std::ranges::find(faces, std::size_t(t.face)) == faces.end())
                 faces.push_back(std::size_t(t.face));
         });

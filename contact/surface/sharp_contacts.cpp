@@ -20,14 +20,9 @@ using Piece = SharpFeatures::Piece;
 constexpr double kLeadsAway = 0.1, kLeastRise = -0.05;
 /// In between it may go this share of a face deeper, times what the rise lacks.
 constexpr double kDeeperWhereFlat = 0.1;
-
-double size_of(const SharpSurface& s, std::int32_t face)
-{
-    return longest_edge(s.surface, std::size_t(face), s.places);
-}
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallelEdges = 0.05;
-/// An edge that is inclined by more against a face (sine) meets it with its lower node.
+/// An edge that is inclined by more against a face (sine) touches it with its lower node.
 constexpr double kSteepEdge = 0.7;
 /// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
 constexpr double kBeyondFace = 0.05;
@@ -48,6 +43,11 @@ Vec3 centre_of(const SharpSurface& s, std::int32_t face)
     for (std::size_t i = 0; i < corners; ++i)
         centre += place_at(s.places, nodes[i]) / corners;
     return centre;
+}
+
+double size_of(const SharpSurface& s, std::int32_t face)
+{
+    return longest_edge(s.surface, std::size_t(face), s.places);
 }
 
 /// Of the mean plane of the corners.
@@ -210,10 +210,10 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
     for (const std::size_t i : near) {
         const Vec3& x = place_at(own.places, f.nodes[i]);
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
-        // Means give no information of a corner of T6, however flat its faces lie: a block that
-        // rolls onto its side would bring it in at once, and deep.
+        // Mean gaps do not contain the corner of a T6, however flat its faces lie: as a block rolls
+        // onto its side, the corner would set in at once, and deep.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
-        // A nearer face that one of its own faces examines is found by that: see points_away below.
+        // A nearer face that is opposite to one of its own faces counts, too: then there is none.
         const double by = bare ? kLeastRise : least_rise(id);
         const NearestFace::Found met = faces.find(x, reach_, [&](const Facet& facet) {
             return points_away(own, i, facet.normal) > by || faces_towards(own, i, facet.normal);

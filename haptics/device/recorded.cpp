@@ -11,7 +11,7 @@ namespace amontons {
 namespace {
 
 constexpr double kLongest = 3600;       // [s]: what one run may last
-constexpr std::size_t kMostIssues = 10; // of one file: more give no information new
+constexpr std::size_t kMostIssues = 10; // of one file: more add no information
 constexpr const char* kColumns[] = {"time", "x", "y", "z", "turn_x", "turn_y", "turn_z"};
 constexpr const char* kUnits[] = {"s", "m", "m", "m", "rad", "rad", "rad"};
 

@@ -23,7 +23,7 @@ namespace {
 constexpr double kFull = 350;     // counts of a full deflection
 constexpr double kSpeed = 0.05;   // at full deflection [m/s]
 constexpr double kTurnSpeed = 1;  // [rad/s]
-constexpr unsigned kPause = 2000; // between two examines the daemon [us]
+constexpr unsigned kPause = 2000; // between two reads of the daemon [us]
 constexpr double kCentred = 0.2;  // without an event the cap has sprung back [s]
 
 /// libspnav, opened with the first mouse: linked, it and X11 behind it would cost every start of
@@ -63,7 +63,7 @@ const Spnav& spnav()
     return library;
 }
 
-/// A mouse at rest is silent, and so is a daemon that has ended: the socket reports them apart.
+/// A mouse at rest is silent, and so is a daemon that has ended: the socket distinguishes them.
 bool daemon_is_gone()
 {
     pollfd connection{spnav().fd(), POLLIN, 0};

@@ -24,7 +24,7 @@ namespace {
 
 using Contacts6 = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
-/// Contacts beyond what is foreseen in full: enough to hold a handle that comes faster.
+/// Contacts beyond what is predicted in full: enough to hold a handle that comes faster.
 constexpr std::size_t kMostFar = 32;
 
 /// One number for (pair, identity): the same in every step.

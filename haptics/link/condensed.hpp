@@ -17,7 +17,7 @@ struct HandleSpring {
 
 /// What of a step's contacts is handed over.
 struct ReductionOptions {
-    double speed = 0.2;       ///< fastest motion of the handle that is foreseen in full [m/s]
+    double speed = 0.2;       ///< fastest motion of the handle that is predicted in full [m/s]
     double most_speed = 1;    ///< at which the loop takes the force away [m/s]
     double period = 0.02;     ///< of the simulation [s]
     int latency = 1;          ///< periods from a pose to its operator

@@ -32,7 +32,7 @@ constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
 // Of q beyond first order, over the way of the contacts: more is a jump. Where the hand is going
 // what holds after it is handed over, too, and it may be called one for little.
 constexpr double kMostBend = 0.5, kMostAside = 2;
-constexpr int kMostJumps = 4;         // of the wire on the way, that are foreseen
+constexpr int kMostJumps = 4;         // of the wire on the way, that are predicted
 constexpr double kJumpAt = 1.0 / 128; // of the way predicted: that a jump is known to
 constexpr double kSnapWork = 1e5;     // of a snap in parts: Newton's iterations, times elements,
                                       // in a second of the simulation
@@ -104,7 +104,7 @@ struct WireLink::State {
     bool go_on(const HandPose& to, StepPolicy means);
     bool look(LookaheadPath& way, double longest);
     Lookahead sample_paths(const Vec6& way);
-    Condensed condense(Lookahead& foresight);
+    Condensed condense(Lookahead& lookahead);
     Condensed condense();
     Condensed condense(const Vec6& way, int jumps);
 };
@@ -281,9 +281,9 @@ Lookahead WireLink::State::sample_paths(const Vec6& way)
 
 /// Condenses with the samples before the first that is a jump, on each way; half of them at a time
 /// where the operator cannot be solved.
-Condensed WireLink::State::condense(Lookahead& foresight)
+Condensed WireLink::State::condense(Lookahead& lookahead)
 {
-    std::vector<LookaheadPath>& ways = foresight.ways;
+    std::vector<LookaheadPath>& ways = lookahead.ways;
     for (;;) {
         Condensed condensed = condense_wire(body, options, {}, ways);
         bool cut = false;
@@ -295,8 +295,8 @@ Condensed WireLink::State::condense(Lookahead& foresight)
                     : ahead.size() / 2;
             if (good == ahead.size()) continue;
             if (i == 0) {
-                foresight.falls = false;
-                foresight.landed = condensed.solvable ? ahead[good] : LookaheadSample{};
+                lookahead.falls = false;
+                lookahead.landed = condensed.solvable ? ahead[good] : LookaheadSample{};
             }
             ahead.resize(good);
             cut = true;
@@ -312,22 +312,22 @@ Condensed WireLink::State::condense(Lookahead& foresight)
 // is handed over with what holds until then.
 Condensed WireLink::State::condense(const Vec6& way, int jumps)
 {
-    Lookahead foresight = sample_paths(way);
-    Condensed condensed = condense(foresight);
-    const bool falls = foresight.falls, landed = foresight.landed.share > 0;
+    Lookahead lookahead = sample_paths(way);
+    Condensed condensed = condense(lookahead);
+    const bool falls = lookahead.falls, landed = lookahead.landed.share > 0;
     if (jumps == 0 || !condensed.solvable || (!falls && !landed)) return condensed;
 
     const WireState here = body.wire.state;
     const HandPose at = device;
-    const std::vector<LookaheadSample>& ahead = foresight.ways[0].ahead;
+    const std::vector<LookaheadSample>& ahead = lookahead.ways[0].ahead;
     const double last = ahead.empty() ? 0 : ahead.back().share;
-    const double there = falls ? last + kJumpAt : foresight.landed.share;
+    const double there = falls ? last + kJumpAt : lookahead.landed.share;
     if (falls && !ahead.empty()) {
         body.wire.state = ahead.back().state;
         device = moved(at, last * way);
     }
     if (landed) {
-        body.wire.state = foresight.landed.state;
+        body.wire.state = lookahead.landed.state;
         device = moved(at, there * way);
     }
     if (landed || go_on(moved(at, there * way), StepPolicy::relax)) {

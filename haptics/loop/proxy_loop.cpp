@@ -303,7 +303,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     begun_ = false;
     if (!op_ || is_broken(device)) return result;
 
-    // The body in the hand jumps, as was foreseen: so does its force.
+    // The body in the hand jumps, as was predicted: so does its force.
     while (has_jumped_by(device))
         begin_operator(op_->after[0]);
     set_pose(device);
@@ -324,7 +324,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
         const double met = sweep();
         history_.after_sweep(r_.data()->data(), u_.data()->number);
-        if (met > least) history_.forget(); // it no longer reports what comes
+        if (met > least) history_.forget(); // it no longer predicts the next error
         least = std::min(least, met);
         ++result.sweeps;
         // Far from the end nobody needs to know how far.

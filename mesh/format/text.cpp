@@ -102,7 +102,7 @@ std::optional<double> parse_double(std::string_view word)
     const char* const end = word.data() + word.size();
     const auto [stop, error] = std::from_chars(word.data(), end, value);
     if (stop != end || word.empty()) return {};
-    // Out of range is also 1e-400, which is 0: strtod reports them apart.
+    // Out of range is also 1e-400, which is 0: strtod distinguishes them.
     if (error == std::errc::result_out_of_range)
         return std::strtod(std::string(word).c_str(), nullptr);
     if (error != std::errc{}) return {};

@@ -457,8 +457,8 @@ std::array<double, 6> element_strain(const BeamNode& a, const BeamNode& b, doubl
     return {e.gamma.x, e.gamma.y, e.gamma.z, e.kappa.x, e.kappa.y, e.kappa.z};
 }
 
-std::array<double, 6> strain_foreseen(const BeamNode& a, const BeamNode& b, double length,
-                                      const double* da, const double* db)
+std::array<double, 6> predicted_strain(const BeamNode& a, const BeamNode& b, double length,
+                                       const double* da, const double* db)
 {
     const Pose<double> s = pose_of(a, b);
     const Phi<double> f = half_angle_over_sine(s.w);
@@ -569,16 +569,16 @@ std::array<double, 12> element_force(const BeamNode& a, const BeamNode& b, doubl
 
 void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
                   const std::vector<ElementLaw>& laws, BlockTridiagonal& K, std::vector<Node6>& g,
-                  const std::vector<std::array<double, 6>>* foreseen)
+                  const std::vector<std::array<double, 6>>* predicted)
 {
     constexpr int kWidth = 4;
     int k = first;
     const auto beyond_own = [&](std::size_t n) {
         std::array<double, 6> more{};
-        if (!foreseen) return more;
+        if (!predicted) return more;
         const std::array<double, 6> own = element_strain(nodes[n], nodes[n + 1], laws[n].length);
         for (std::size_t j = 0; j < 6; ++j)
-            more[j] = (*foreseen)[n][j] - own[j];
+            more[j] = (*predicted)[n][j] - own[j];
         return more;
     };
     for (; k + kWidth <= last; k += kWidth) {

@@ -111,16 +111,16 @@ std::array<double, 12> element_force(const BeamNode& a, const BeamNode& b, doubl
 /// element i joins nodes i and i + 1. Rotations vary as q <- q exp(theta), theta in the body
 /// frame; the Hessian is the symmetric one of theta at 0.
 /// An element bent by more than 120 degrees gives NaN: the caller's step was too long.
-/// @param foreseen  per element the strains whose stress the Hessian's geometric part is of; null:
+/// @param predicted  per element the strains whose stress the Hessian's geometric part is of; null:
 ///                  the nodes' own
 void add_elements(int first, int last, const std::vector<BeamNode>& nodes,
                   const std::vector<ElementLaw>& laws, BlockTridiagonal& tangent,
                   std::vector<Node6>& gradient,
-                  const std::vector<std::array<double, 6>>* foreseen = nullptr);
+                  const std::vector<std::array<double, 6>>* predicted = nullptr);
 
 /// Strains after an increment of both nodes, to first order in it.
 /// @param da, db  6 each: displacement, rotation in the body frame
-std::array<double, 6> strain_foreseen(const BeamNode& a, const BeamNode& b, double length,
-                                      const double* da, const double* db);
+std::array<double, 6> predicted_strain(const BeamNode& a, const BeamNode& b, double length,
+                                       const double* da, const double* db);
 
 } // namespace amontons

@@ -411,7 +411,7 @@ double elastic_energy(const Wire& wire)
 }
 
 void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiagonal& K,
-                   std::vector<Node6>& g, const std::vector<std::array<double, 6>>& foreseen)
+                   std::vector<Node6>& g, const std::vector<std::array<double, 6>>& predicted)
 {
     const WireState& s = wire.state;
     const std::size_t f = std::size_t(s.first);
@@ -421,7 +421,7 @@ void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiag
         add_cable(s.first, wire.last(), s.nodes, laws, K, g);
     else
         add_elements(s.first, wire.last(), s.nodes, laws, K, g,
-                     foreseen.empty() ? nullptr : &foreseen);
+                     predicted.empty() ? nullptr : &predicted);
     if (wire.sheath) {
         assemble_sheath(wire, laws[f], K, g);
         assemble_grip(wire, K, g);
@@ -455,7 +455,7 @@ void predict_strains(const Wire& wire, const std::vector<Node6>& increment, doub
             length = held_element_law(wire, s).length;
             if (wire.sheath) grows = d[0][0], d[0][0] = 0; // its unknown is the length that is out
         }
-        out[n] = strain_foreseen(s.nodes[n], s.nodes[n + 1], length, d[0], d[1]);
+        out[n] = predicted_strain(s.nodes[n], s.nodes[n + 1], length, d[0], d[1]);
         if (grows == 0) continue;
         const std::array<double, 6> own = element_strain(s.nodes[n], s.nodes[n + 1], length);
         for (std::size_t k = 0; k < 6; ++k)

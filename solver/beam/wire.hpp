@@ -128,10 +128,10 @@ double elastic_energy(const Wire& wire);
 /// Adds the gradient and Hessian of all energies of the wire (not of contact) to a zeroed
 /// system. Rows of node `first`: with a sheath (inserted, 0, 0, rotation, 0, 0).
 /// Held unknowns get a unit row.
-/// @param foreseen  as add_elements'; empty: none
+/// @param predicted  as add_elements'; empty: none
 void assemble_wire(const Wire& wire, std::vector<ElementLaw>& laws, BlockTridiagonal& tangent,
                    std::vector<Node6>& gradient,
-                   const std::vector<std::array<double, 6>>& foreseen = {});
+                   const std::vector<std::array<double, 6>>& predicted = {});
 
 /// Strains of the elements after an increment of the unknowns times `factor`, to first order.
 /// @param out  per element

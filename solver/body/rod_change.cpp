@@ -160,7 +160,7 @@ double RodBody::slack_share(const Eigen::VectorXd& y) const
     for (int e = 0; e < rod_.element_count(); ++e) {
         const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
         const ElementLaw& law = rod_.law[a];
-        const std::array<double, 6> after = strain_foreseen(
+        const std::array<double, 6> after = predicted_strain(
             now_.nodes[a], now_.nodes[b], law.length, y.data() + at6(a), y.data() + at6(b));
         now += element_stress(law, strain(e))[0];
         then += element_stress(law, after)[0];

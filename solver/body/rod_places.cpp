@@ -13,8 +13,8 @@ namespace {
 // buckles in over an element's length squared: two neighbours hold the rod's slope, too.
 constexpr double kHold = 4;
 constexpr double kRope = 10;
-constexpr double kLean = 0.1;    // on what is compliant, of its own stiffness there
-constexpr double kTautRod = 1e3; // tension times length squared of EI: bending holds nothing
+constexpr double kStabilise = 0.1; // on what is compliant, of its own stiffness there
+constexpr double kTautRod = 1e3;   // tension times length squared of EI: bending holds nothing
 
 } // namespace
 
@@ -171,7 +171,8 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
         tension = std::max(tension, axial);
         soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
     }
-    // Bending does not reach its ends. What is compressed is inclined by body_lean.cpp.
+    // Bending does not reach its ends. What is compressed is stabilised by
+    // solver/step/body_stabilisation.cpp.
     const bool rope = pressed * size_ * size_ > kRope * soft && tension > compression;
     for (const KnownForce& x : expected_) {
         const int e = x.at.node;
@@ -188,7 +189,7 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
                 3.14159265358979 * std::sqrt(std::min(law.S[4], law.S[5]) / L / compression);
             rho = kHold * compression * std::min(wave, size_) / (L * L);
         } else if (!x.load.still && rope) {
-            rho = std::min(kLean * x.load.firm, element_stiffness(e));
+            rho = std::min(kStabilise * x.load.firm, element_stiffness(e));
         }
         if (r > 0 && rho > 0) {
             const Eigen::Matrix<double, 12, 1> row = p.J.transpose() * x.load.normal;

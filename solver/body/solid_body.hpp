@@ -88,10 +88,10 @@ public:
     /// rests on first. Of hyperelastic solids; before linearise().
     void stabilise_with(const Eigen::VectorXd& force);
     /// True if its matrix may have to be stabilised by contacts.
-    bool is_stabilised() const { return hyperelastic_; }
+    bool may_be_stabilised() const { return hyperelastic_; }
     /// The last matrix is the true one and N N^T, stiffer where contacts push.
-    bool leaning() const;
-    /// What W of the true matrix has more than that of the one that is inclined.
+    bool is_stabilised() const;
+    /// W of the true matrix less W of the stabilised one.
     /// @return  negative eigenvalues of the true matrix; -1 where it cannot be used
     int true_tangent_compliance(const SparseColumns& C, Eigen::MatrixXd& more);
     /// A^-1 f by the true matrix from y = L^-1 f, after true_tangent_compliance().

@@ -157,7 +157,7 @@ Vec3 SolidBody::turn_since_start()
         M(0, 1) - M(1, 0), M(2, 0) + M(0, 2), M(1, 2) + M(2, 1), M(2, 2) - M(0, 0) - M(1, 1);
     const SymmetricEigen eigen = symmetric_eigen(N);
     Eigen::Quaterniond q = Eigen::Quaterniond::Identity();
-    // Nodes of one line do not report the turn about it.
+    // Nodes on one line do not determine the turn about it.
     if (eigen.converged && eigen.values[3] - eigen.values[2] > 1e-9 * eigen.values[3])
         q = Eigen::Quaterniond(eigen.vectors(0, 3), eigen.vectors(1, 3), eigen.vectors(2, 3),
                                eigen.vectors(3, 3));

@@ -114,7 +114,7 @@ void SolidBody::stabilise(SparseMatrix& S)
         stiffen(S, scale * (by.firm ? support_stiffness_ : contact_), by.along, by.across / size_);
 }
 
-bool SolidBody::leaning() const
+bool SolidBody::is_stabilised() const
 {
     if (free_modes_.cols() > 0) return border_negative_ > 0 && shift_ <= 0;
     return shift_ < 0 && stabilised_.cols() > 0;

@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-/// A signal that comes between the examine the flag and the wait would be waited past: they are
+/// A signal that comes between the test of the flag and the wait would be waited past: they are
 /// let in by the wait alone.
 bool LineReader::wait(double patience)
 {

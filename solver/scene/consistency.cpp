@@ -144,7 +144,7 @@ void check_introducer(const BeamInput& b, const Scene& scene, Findings& findings
         list += (list.empty() ? "one of " : ", ") + quoted_text(n);
     findings.add({place + "/branch"},
                  quoted_text(i.branch) + (count > 1 ? ", a branch of two obstacles" : ""),
-                 count > 1       ? "names that report branches apart"
+                 count > 1       ? "names that distinguish branches"
                  : names.empty() ? "a branch of an obstacle, which has none"
                                  : list);
 }

@@ -61,7 +61,7 @@ Json parse_json(std::string_view text, const std::string& file, std::vector<Issu
         throw InputError(
             {{file, line_and_column(text, error.byte), what, "JSON (// comments are allowed)"}});
     } catch (const nlohmann::json::out_of_range& error) {
-        // A number like 1e999: the message quotes it, and gives no information of its place.
+        // A number like 1e999: the message quotes it, but not its place.
         const std::string what = error.what();
         const std::size_t first = what.find('\''), last = what.rfind('\'');
         const std::string number = last > first ? what.substr(first + 1, last - first - 1) : "";

@@ -550,7 +550,7 @@ struct HapticInput {
     double stiffness = 0;         ///< between device and handle [N/m]; 0: chosen
     double turn_stiffness = 0;    ///< [N m/rad]; 0: turns are held rigidly
     double damping = 0;           ///< [N s/m]
-    double speed = 0.2;           ///< fastest foreseen [m/s]
+    double speed = 0.2;           ///< fastest predicted [m/s]
     double ramp = 0.5;            ///< in which the force comes in [s]
     int contacts = 300;           ///< most that are handed over
     HandInput hand;

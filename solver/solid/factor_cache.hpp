@@ -11,7 +11,7 @@ namespace amontons {
 struct SolidMatrixKind {
     double stiffness = 1;     ///< > 0 (scale)
     double mass = 0;          ///< e.g. 1 / h^2 [1/s^2]
-    std::string scheme = "K"; ///< what else reports matrices apart, such as "lumped"
+    std::string scheme = "K"; ///< what else distinguishes matrices, such as "lumped"
 };
 
 /// A factor of the free part of a solid's matrix A, made or found on disk.

@@ -79,12 +79,12 @@ std::string BodyStepper::why_no_balance() const
     }
     for (const BodyRef& b : system_.refs) {
         if (!b.solid || !b.solid->nonlinear()) continue;
-        const bool leans = b.solid->leaning();
-        if (b.solid->leaves_balance() || (leans && true_tangent_.empty()))
+        const bool stabilised = b.solid->is_stabilised();
+        if (b.solid->leaves_balance() || (stabilised && true_tangent_.empty()))
             why += "; " + b.name +
                    " has no stable balance near: it buckles or snaps, which a "
                    "dynamic step can follow";
-        else if (leans)
+        else if (stabilised)
             why += "; " + b.name + " stands by its contacts alone: without them it would buckle";
         const double round_off = b.solid->round_off();
         if (round_off > kRoundOffMatters * report_.threshold)

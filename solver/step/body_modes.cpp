@@ -167,7 +167,7 @@ std::string BodyStepper::toppling()
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows.row[b].empty()) continue;
         SolidBody* const solid = system_.refs[b].solid;
-        if (system_.refs[b].rod || (solid && !stressed(b) && solid->leaning())) return "";
+        if (system_.refs[b].rod || (solid && !stressed(b) && solid->is_stabilised())) return "";
         body(b).compliance(rows.columns[b], W[b]);
         modes += body(b).modes().cols();
         if (!stressed(b)) continue;

@@ -392,9 +392,9 @@ bool BodyStepper::solve()
             continue;
         }
         if (!solved) {
-            // Pins give no information of where modes take a body: what was left out may hold it.
+            // Pins do not show where modes take a body: what was left out may hold it.
             if (!modes || int(rows_.chosen.size()) == n) {
-                if (tipping_.empty()) tipping_ = some_stressed; // it inclined from the start
+                if (tipping_.empty()) tipping_ = some_stressed; // it was stabilised from the start
                 return false;
             }
             std::fill(in.begin(), in.end(), 1);

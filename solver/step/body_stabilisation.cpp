@@ -72,7 +72,7 @@ bool BodyStepper::release_stabilised_rows()
 }
 
 /// The contact problem with the bodies' true matrices. @param W  of each body, with its modes
-/// @return  false: none leans, or contacts do not hold them; the matrices that are inclined are to
+/// @return  false: none is stabilised, or contacts do not hold them; the stabilised matrices are to
 /// be used
 bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
                                    const std::vector<std::pair<int, double>>& soft)
@@ -90,7 +90,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
             continue;
         }
         SolidBody* solid = system_.refs[b].solid;
-        if (!solid || !solid->leaning()) continue;
+        if (!solid || !solid->is_stabilised()) continue;
         if (rows_.row[b].empty()) return false;
         Eigen::MatrixXd more;
         const int of_body = solid->true_tangent_compliance(rows_.columns[b], more);
@@ -125,7 +125,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
     return false;
 }
 
-/// What has been found by the matrix that is inclined, by the true one.
+/// What was found with the stabilised matrix, with the true one.
 Eigen::VectorXd BodyStepper::unstabilised(std::size_t b, const Eigen::VectorXd& y) const
 {
     SolidBody* solid = system_.refs[b].solid;

@@ -80,7 +80,9 @@ void BodyStepper::set_contact_forces(bool known_too)
 /// Reports hyperelastic solids what is known of the contact forces on them from what stands still.
 void BodyStepper::pass_fixed_contact_forces()
 {
-    const auto is_stabilised = [](const BodyRef& b) { return b.solid && b.solid->is_stabilised(); };
+    const auto is_stabilised = [](const BodyRef& b) {
+        return b.solid && b.solid->may_be_stabilised();
+    };
     if (step_.dynamic || std::none_of(system_.refs.begin(), system_.refs.end(), is_stabilised))
         return;
     std::vector<ActingForce> firm;
@@ -279,7 +281,7 @@ void BodyStepper::relax()
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
-    // Directions that nothing holds (a ball rolls) do not report: the motion may grow along them.
+    // Directions that nothing holds (a ball rolls) do not count: the motion may grow along them.
     const bool shrinks =
         (motion_before_.size() == size && motion.norm() < kFast * motion_before_.norm()) ||
         (errors_.size() > 1 && errors_.back() < kFast * errors_[errors_.size() - 2]);
@@ -454,7 +456,7 @@ bool BodyStepper::run()
         const int patience = stabilised_in_step_ ? kLeanPatience : kUprightPatience;
         if ((stabilised_in_step_ || !true_tangent_.empty()) && i - halved >= patience &&
             turns < kMostTurns) {
-            stabilised_in_step_ = !stabilised_in_step_; // bodies that are inclined damp what jumps
+            stabilised_in_step_ = !stabilised_in_step_; // stabilised bodies damp what jumps
             halved = i;
             ++turns;
         }

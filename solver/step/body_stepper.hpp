@@ -174,8 +174,8 @@ private:
     std::vector<FollowedContact> contacts_on_; ///< of each contact, in steps that follow them
     bool stands_ = false;                      ///< rows are those of the iterate already
     int follows_ = 0;                          ///< how often contacts were followed
-    ClosedRows closed_;         ///< where all rows hold; empty where they may not
-    std::vector<Vec3> value_;   ///< of every contact and coupling, at the iterate
+    ClosedRows closed_;                        ///< where all rows hold; empty where they may not
+    std::vector<Vec3> value_;                  ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
@@ -193,12 +193,11 @@ private:
     bool stabilised_in_step_ = false; ///< that problem's iterations came to nothing
     std::string unheld_;
     std::string tipping_; ///< a body whose stress takes more of its hold than contacts have
-    std::vector<char>
-        true_tangent_;       ///< bodies whose true matrix is in W beside the one that is inclined
-    Eigen::VectorXd held_;   ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
-    Eigen::VectorXd held_r_; ///< r' there
-    std::vector<char> released_; ///< of each contact: 1 its tangents, 2 all of it
-    Eigen::MatrixXd taken_;      ///< q of the problem with it: (1 - taken) q
+    std::vector<char> true_tangent_; ///< bodies whose true matrix is in W beside the stabilised one
+    Eigen::VectorXd held_;           ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_r_;         ///< r' there
+    std::vector<char> released_;     ///< of each contact: 1 its tangents, 2 all of it
+    Eigen::MatrixXd taken_;          ///< q of the problem with it: (1 - taken) q
     Delassus measured_W_; ///< with modes of the elastic part's size: what errors are measured in
     Eigen::VectorXd r_;
     std::vector<Eigen::VectorXd> body_force_;
@@ -223,7 +222,7 @@ private:
     bool swung_ = false;                            ///< rods alone: they alternated in this step
     bool relaxing_ = false;
     double relaxation_ = 1; ///< share of the motion made
-    double left_out_ = 0;   ///< the rest, of bodies whose balance no one examines again [m or m/s]
+    double left_out_ = 0;   ///< the rest, of bodies whose balance is not evaluated again [m or m/s]
     Eigen::VectorXd made_before_;
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;

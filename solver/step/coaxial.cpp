@@ -314,7 +314,7 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
         }
         for (WireBody* b : c.wires)
             if (b->wire.outside()) {
-                predict_strains(b->wire, b->work->increment, factor, b->work->foreseen);
+                predict_strains(b->wire, b->work->increment, factor, b->work->predicted);
                 move_wire(b->wire, b->work->increment, factor);
             }
         report.seconds_rest += moving.seconds();
@@ -382,7 +382,7 @@ NewtonReport solve_coaxial(Coaxial& c, const std::vector<StepStart>& start,
     }
     const NewtonReport report = solve_together(c, start, nested, anchors, options);
     for (WireBody* b : c.wires)
-        b->work->foreseen.clear();
+        b->work->predicted.clear();
     return report;
 }
 

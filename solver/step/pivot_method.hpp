@@ -26,7 +26,7 @@
 //   start_matrix(shift, from)    the base system with the shift in the rows from that node on
 //   most_trials()                of statuses, before the step is made shorter by a shift
 //   shift_levels()               optional: how often it is, kShiftLevels without
-//   softest()                    scale of the shift [N/m]
+//   min_stiffness()              scale of the shift [N/m]
 //   last_shift()                 of the last iterate of this solve that needed one [N/m]
 //   weigh(x)                     optional: x <- M x, by which a shift is added (negative_mode.hpp)
 //   bodies(), bodies_of(k)       optional: how many there are, and on which two k is (-1: none)

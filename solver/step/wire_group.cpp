@@ -177,7 +177,7 @@ void drive(WireGroup& g, const std::vector<BaseTarget>& to)
         drive_base(wire, to[w].insertion, to[w].twist);
         if (wire.tip && wire.outside()) move_held_tip(wire, to[w].tip);
         if (g.coaxial && shift.back() != 0)
-            strains_along(wire, before, shift.back(), g.wires[w]->work->foreseen);
+            strains_along(wire, before, shift.back(), g.wires[w]->work->predicted);
     }
     if (g.coaxial) shift_coaxial_reactions(*g.coaxial, shift);
 }

@@ -93,7 +93,7 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     w.base.set_zero();
     for (int i = wire.state.first; i <= wire.last(); ++i)
         w.gradient[std::size_t(i)].column = Column6{};
-    assemble_wire(wire, w.laws, w.base, w.gradient, w.foreseen);
+    assemble_wire(wire, w.laws, w.base, w.gradient, w.predicted);
     if (anchor.active()) assemble_viscous_pull(wire, anchor, w.base, w.gradient);
     report.seconds_elements += elements.seconds();
 
@@ -253,7 +253,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
             const Candidate& c = w.candidates[k];
             take_trial(c, w.trial[k], factor, wire.state.reaction[std::size_t(c.index)]);
         }
-        predict_strains(wire, w.increment, factor, w.foreseen);
+        predict_strains(wire, w.increment, factor, w.predicted);
         move_wire(wire, w.increment, factor);
         report.seconds_rest += moving.seconds();
     }
@@ -268,7 +268,7 @@ NewtonReport solve_equilibrium(Wire& wire, const std::vector<WireWall>& walls,
 {
     return balance_walls(wire, walls, options, [&](const NewtonOptions& o) {
         const NewtonReport report = solve_on_tangents(wire, walls, start, anchor, o, w);
-        w.foreseen.clear();
+        w.predicted.clear();
         return report;
     });
 }

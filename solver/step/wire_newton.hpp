@@ -82,7 +82,7 @@ struct NewtonWorkspace {
     std::vector<ElementLaw> laws;
     /// Strains of the elements as the last increment, or the way of the base, makes them to first
     /// order; empty: those of the state. Of a solve; empty between two.
-    std::vector<std::array<double, 6>> foreseen;
+    std::vector<std::array<double, 6>> predicted;
     std::vector<Candidate> candidates;
     std::vector<Proximity> proximity;
     /// per candidate

@@ -23,7 +23,7 @@ struct WireOverlap {
 /// on its curve between the points that may touch: at quarters of the elements, at half the
 /// distance of the points and at radii of the wire, whichever are closest. Left out: walls on
 /// foundations, whose depth is their load, and what lies in a sheath or another instrument. Cost:
-/// one examine a wall for each of these places.
+/// one sample of a wall for each of these places.
 WireOverlap deepest_overlap(const WireBody& b);
 
 /// Where what is between contact points stands in a wall: closer than a quarter of the wire's least

@@ -157,7 +157,7 @@ TEST_CASE("the reduced operator gives the force of the full step at its pose")
     }
 }
 
-TEST_CASE("the reduced operator foresees the next step of the full simulation")
+TEST_CASE("the reduced operator predicts the next step of the full simulation")
 {
     // 1 mm and 10 ms ahead, 0.1 m/s: within 1 % of the full step there. Contacts that close on the
     // way are among the candidates.

@@ -184,7 +184,7 @@ TEST_CASE("the operator of a beam gives the force and torque of the full step at
     }
 }
 
-TEST_CASE("the operator of a beam foresees the next step of the full simulation")
+TEST_CASE("the operator of a beam predicts the next step of the full simulation")
 {
     for (const char* text : {kTube, kRod}) {
         WireWorld w(text), finer(text); // finer: stops half way, too

@@ -51,7 +51,7 @@ struct Run {
         publish(first, bed, {{0, 0, -0.001}, Eigen::Quaterniond::Identity()}, 0, 1);
         bed.points.resize(50);
         publish(second, bed, {{0.001, 0, -0.001}, turn({0, 0.01, 0})}, 0.02, 2);
-        // A fall that is foreseen, within the operator's ticks, and looks on the way to it.
+        // A fall that is predicted, within the operator's ticks, and looks on the way to it.
         const ReducedOperator<float> fallen = first;
         for (ReducedOperator<float>* op : {&first, &second}) { // the same memory: copies take none
             op->after.push_back(fallen);

@@ -248,7 +248,7 @@ TEST_CASE("where the simulation snapped to another state the force changes evenl
     }
 }
 
-TEST_CASE("a jump that was foreseen is followed in its tick and not taken back")
+TEST_CASE("a jump that was predicted is followed in its tick and not taken back")
 {
     // The floor falls by 2 mm once it is pressed 5 mm deep.
     constexpr double k = 500, jump = 0.005, fall = 0.002;

@@ -110,7 +110,7 @@ TEST_CASE("predicted strains are those of the moved nodes to first order")
     const double h = 1e-5;
     const std::array<double, 6> own = at(0), more = at(h), less = at(-h),
                                 predicted =
-                                    strain_foreseen(c.nodes[0], c.nodes[1], length, d[0], d[1]);
+                                    predicted_strain(c.nodes[0], c.nodes[1], length, d[0], d[1]);
     for (std::size_t k = 0; k < 6; ++k) {
         CAPTURE(k);
         CHECK(std::abs(predicted[k] - own[k] - (more[k] - less[k]) / (2 * h)) < 1e-9);

@@ -131,7 +131,7 @@ double own_peak()
     return 1024.0 * double(usage.ru_maxrss);
 }
 
-/// Rank 0 reports the others what comes.
+/// Rank 0 sends the others the next command.
 void announce(Work work, Order order = {})
 {
     if (world.ranks == 1) return;

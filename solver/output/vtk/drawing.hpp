@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/vtk/page.hpp"
+#include "solver/output/vtk/layout.hpp"
 
 template <class T> class vtkSmartPointer;
 class vtkActor;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/vtk/drawn_result.hpp"
+#include "solver/output/vtk/render_data.hpp"
 
 class vtkUnstructuredGrid;
 

@@ -53,7 +53,7 @@ using namespace amontons;
 using namespace amontons::vtk_module;
 using Clock = std::chrono::steady_clock;
 
-constexpr unsigned long kLookPause = 5; // between two examines the stream [ms]
+constexpr unsigned long kLookPause = 5; // between two reads of the stream [ms]
 constexpr double kGlass = 0.2, kTransparent = 0.35;
 constexpr double kArrow = 0.15; // of the scene's size: the largest force so far
 constexpr int kLetters = 16;    // [pixels]

@@ -191,7 +191,7 @@ std::vector<Measured> rolling_down()
     rows.push_back(relative("slip of a ball 1e-3 below it",
                             kG * std::cos(kPi / 6) * (critical - (critical - 1e-3)) * 3.5 * 0.1,
                             slip(critical - 1e-3), 1e-4));
-    // Only the moment of inertia, k m R^2, reports them apart.
+    // Only the moment of inertia, k m R^2, distinguishes them.
     struct Round {
         const char* name;
         double k, critical, acceleration;

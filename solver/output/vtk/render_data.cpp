@@ -1,4 +1,4 @@
-#include "solver/output/vtk/drawn_result.hpp"
+#include "solver/output/vtk/render_data.hpp"
 
 #include "solver/output/vtk/outer_surface.hpp"
 #include "solver/output/vtk/polydata.hpp"

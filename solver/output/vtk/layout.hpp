@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/vtk/drawn_result.hpp"
+#include "solver/output/vtk/render_data.hpp"
 
 // Where everything stands on the page: what the camera sees, and which part of the page is
 // whose. Nothing here draws.

@@ -1,4 +1,4 @@
-#include "solver/output/vtk/page.hpp"
+#include "solver/output/vtk/layout.hpp"
 
 #include <vtkPolyData.h>
 #include <vtkSmartPointer.h>
