@@ -17,6 +17,7 @@ interface Driven {
   slider: HTMLInputElement;
   low: number;
   high: number;
+  value: number; // as it was sent; the slider shows the nearest of its steps
   to: (value: number) => void;
 }
 
@@ -46,7 +47,11 @@ function driveOf(input: Input): { driven: Driven; element: HTMLElement } {
   const span = input.unit === "rad" ? Math.PI : input.unit === "m" ? 0.02 : Math.max(1, Math.abs(input.value));
   const low = input.least ?? input.value - span;
   const high = input.largest ?? input.value + span;
-  const send = sender(input.name);
+  const sendValue = sender(input.name);
+  const send = (value: number) => {
+    made.value = value;
+    sendValue(value);
+  };
   const slider = el("input", {
     type: "range",
     min: low,
@@ -74,8 +79,9 @@ function driveOf(input: Input): { driven: Driven; element: HTMLElement } {
     text.value = shortNumber(value);
     send(value);
   };
+  const made: Driven = { input, slider, low, high, value: input.value, to };
   return {
-    driven: { input, slider, low, high, to },
+    driven: made,
     element: el("div", {}, el("h2", {}, `${input.name} [${input.unit}]`), el("div", { class: "row" }, slider, text)),
   };
 }
@@ -128,7 +134,7 @@ function poll(before: number) {
     const d = driven.find((x) => x.input.name === chosen[k]);
     if (!d || Math.abs(a) < kDead) return;
     const by = (a - Math.sign(a) * kDead) * kSpeed * (d.high - d.low) * Math.min(0.1, (now - before) / 1000);
-    d.to(Math.min(d.high, Math.max(d.low, Number(d.slider.value) + by)));
+    d.to(Math.min(d.high, Math.max(d.low, d.value + by)));
   });
   setTimeout(() => poll(now), 30);
 }

@@ -1,11 +1,14 @@
 // What is killed, and what is left of it.
 
 import assert from "node:assert/strict";
-import { existsSync, readFileSync } from "node:fs";
+import { existsSync, readFileSync, writeFileSync } from "node:fs";
 import { join } from "node:path";
-import { button, example, folder, launch, message, newContext, open, picture, runUntil, serve, status, test } from "./harness.mjs";
+import { button, examples, folder, launch, message, newContext, open, picture, runUntil, serve, status, test } from "./harness.mjs";
 
-example("hapco/hexa.json", "lasting.json");
+// So long that no machine reaches its end before something is killed.
+const scene = JSON.parse(readFileSync(join(examples, "hapco/hexa.json"), "utf8"));
+scene.time.end = 500;
+writeFileSync(join(folder, "lasting.json"), JSON.stringify(scene));
 let browser = await launch();
 let context = await newContext(browser);
 let server = await serve("lasting.json");
