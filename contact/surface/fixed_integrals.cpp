@@ -322,14 +322,7 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
     } else {
         // Triangles around the middle of the outline: a corner that appears or disappears, with a
         // side of no length, changes nothing at once.
-        Vec2 a = Vec2::Zero();
-        double length = 0;
-        for (int i = 0; i < polygon.count; ++i) {
-            const Vec2 &b = polygon[i], &c = polygon[(i + 1) % polygon.count];
-            a += (c - b).norm() / 2 * (b + c);
-            length += (c - b).norm();
-        }
-        a /= length;
+        const Vec2 a = middle_of_outline(polygon);
         for (int i = 0; i < polygon.count; ++i)
             add_triangle(a, polygon[i], polygon[(i + 1) % polygon.count]);
     }

@@ -12,6 +12,18 @@ double area(const ConvexPolygon& p)
     return twice / 2;
 }
 
+Vec2 middle_of_outline(const ConvexPolygon& p)
+{
+    Vec2 sum = Vec2::Zero();
+    double length = 0;
+    for (int i = 0; i < p.count; ++i) {
+        const Vec2 &b = p[i], &c = p[(i + 1) % p.count];
+        sum += (c - b).norm() / 2 * (b + c);
+        length += (c - b).norm();
+    }
+    return sum / length;
+}
+
 Vec2 middle(const ConvexPolygon& p)
 {
     Vec2 sum = Vec2::Zero();

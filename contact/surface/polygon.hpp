@@ -36,6 +36,9 @@ double area(const ConvexPolygon& p);
 /// The mean of the corners.
 Vec2 middle(const ConvexPolygon& p);
 
+/// The mean of the outline by its length: a side of no length that appears changes nothing.
+Vec2 middle_of_outline(const ConvexPolygon& p);
+
 /// The part of p on the left of the line from a to b. At most one corner more than p has; a
 /// polygon that is full already loses a corner.
 void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolygon& out);

@@ -47,7 +47,7 @@ constexpr double kDynamicSolves = 2.5;
 /// In motion contacts appear and disappear, and a step begins with the forces of the last one: W
 /// and its Newton steps take less than at rest (measured: 0.2 to 0.5).
 constexpr double kDenseShareInMotion = 1.0 / 3;
-/// In doubt a factor is taken: iterations vary more from what is foretold.
+/// In doubt a factor is taken: iterations vary more from what is predicted.
 constexpr double kDoubt = 1.25;
 constexpr double kTrialTolerance = 1e-3; // a Newton step's
 /// A trial is also made where a factor leads by less, and a trial costs next to nothing beside it.
@@ -109,7 +109,7 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
 }
 
 /// Iterations of one solve with multigrid: they depend on the mesh's grading, on its elements and
-/// on Poisson's ratio, from 8 to hundreds, and no formula of ours foretells them.
+/// on Poisson's ratio, from 8 to hundreds, and no formula of ours predicts them.
 /// @param most  more are not worth knowing: then these
 /// @throws std::runtime_error  if it breaks down
 int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)

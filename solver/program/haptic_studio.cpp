@@ -112,12 +112,8 @@ void HapticStudio::answer(const std::string& line, const std::string& scene,
                                 "set, scene, inputs, frame, or its end"});
         }
     if (!r.issues.empty()) {
-        json.member("ok", false).member("status", "bad_input").key("issues").open('[');
-        for (const Issue& i : r.issues) {
-            json.open('{').member("file", i.file).member("place", i.place);
-            json.member("found", i.found).member("allowed", i.allowed).close('}');
-        }
-        json.close(']');
+        json.member("ok", false).member("status", "bad_input");
+        write_issues(json, "issues", r.issues);
     }
     session_.print(json.close('}').text() + "\n");
 }

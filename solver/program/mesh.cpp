@@ -70,19 +70,6 @@ void write_and_report(const MeshArguments& a, const VolumeMesh& mesh,
 
 // ---- info --------------------------------------------------------------------------------
 
-void add_issues(JsonText& json, const char* name, const std::vector<Issue>& issues)
-{
-    json.key(name).open('[');
-    for (const Issue& i : issues)
-        json.open('{')
-            .member("file", i.file)
-            .member("place", i.place)
-            .member("found", i.found)
-            .member("allowed", i.allowed)
-            .close('}');
-    json.close(']');
-}
-
 struct SpreadLine {
     const char* name;  // in JSON, SI
     const char* title; // for people
@@ -158,8 +145,8 @@ std::string info_json(const VolumeFile& file, const VolumeReport& r,
     sets("face_sets", mesh.face_sets,
          [&](const FaceSet& set) { json.member("area", area_of(mesh, set)); });
     add_list(json, "notes", file.notes);
-    add_issues(json, "warnings", warnings);
-    add_issues(json, "issues", errors);
+    write_issues(json, "warnings", warnings);
+    write_issues(json, "issues", errors);
     return json.close('}').text() + "\n";
 }
 
@@ -250,7 +237,7 @@ void repair(const MeshArguments& a, Session& session)
         .member("closed_holes", done.closed_holes);
     add_list(json, "repaired", sentences(done));
     add_list(json, "left_open", left);
-    add_issues(json, "faults", faults);
+    write_issues(json, "faults", faults);
     session.print(json.close('}').text() + "\n");
 }
 

@@ -123,7 +123,7 @@ std::string run_table(const RunSummary& s, const Scene& scene, const std::string
                     s.energy.error()));
     if (!s.linear.taken.empty())
         row("linear systems",
-            fmt::format("{}, {}: {:.3g} s foretold, {:.3g} s taken", s.linear.taken, s.linear.why,
+            fmt::format("{}, {}: {:.3g} s predicted, {:.3g} s taken", s.linear.taken, s.linear.why,
                         s.linear.predicted, s.linear.seconds));
     const PhaseSeconds& p = s.seconds;
     row("time",

@@ -38,22 +38,12 @@ using Request = ServeRequest::What;
 
 constexpr std::size_t kLongestLine = std::size_t(1) << 28; // a state of a million unknowns fits
 
-void write_issues(JsonText& json, const std::vector<Issue>& issues)
-{
-    json.key("issues").open('[');
-    for (const Issue& i : issues) {
-        json.open('{').member("file", i.file).member("place", i.place);
-        json.member("found", i.found).member("allowed", i.allowed).close('}');
-    }
-    json.close(']');
-}
-
 std::string refusal_line(const std::string& id, const char* status,
                          const std::vector<Issue>& issues)
 {
     JsonText json(false);
     json.open('{').key("id").json(id).member("ok", false).member("status", status);
-    write_issues(json, issues);
+    write_issues(json, "issues", issues);
     return json.close('}').text() + "\n";
 }
 
@@ -138,15 +128,17 @@ public:
                                   : last.outcome == Outcome::interrupted ? "interrupted"
                                                                          : "done");
             if (failed)
-                write_issues(json, {{scene_.scene()->file, "", last.message,
-                                     "the state is that of the last accepted step: set "
-                                     "something, restore another state or reset"}});
+                write_issues(json, "issues",
+                             {{scene_.scene()->file, "", last.message,
+                               "the state is that of the last accepted step: set "
+                               "something, restore another state or reset"}});
         } catch (const std::exception& error) {
             running_ = false;
             json = JsonText(false);
             json.open('{').member("event", "paused").member("status", "failed");
-            write_issues(json, {{scene_.scene()->file, "", error.what(),
-                                 "this is a mistake in amontons, please report it"}});
+            write_issues(json, "issues",
+                         {{scene_.scene()->file, "", error.what(),
+                           "this is a mistake in amontons, please report it"}});
         }
         report(json);
         return json.close('}').text() + "\n";
@@ -266,12 +258,13 @@ private:
         json.member("ok", !failed && !interrupted);
         if (failed) {
             json.member("status", "failed");
-            write_issues(json, {{scene_.scene()->file, "", last.message,
-                                 "the state is that of the last accepted step: set something, "
-                                 "restore another state or reset"}});
+            write_issues(json, "issues",
+                         {{scene_.scene()->file, "", last.message,
+                           "the state is that of the last accepted step: set something, "
+                           "restore another state or reset"}});
         } else if (interrupted) {
             json.member("status", "interrupted");
-            write_issues(json,
+            write_issues(json, "issues",
                          {{scene_.scene()->file, "", "a signal that ends the program", "none"}});
         }
         json.member("taken", taken);

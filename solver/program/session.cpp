@@ -72,12 +72,9 @@ void Session::refuse(const std::vector<Issue>& issues)
 std::string refusal_json(const std::vector<Issue>& issues)
 {
     JsonText out;
-    out.open('{').member("status", "bad_input").key("issues").open('[');
-    for (const Issue& i : issues) {
-        out.open('{').member("file", i.file).member("place", i.place);
-        out.member("found", i.found).member("allowed", i.allowed).close('}');
-    }
-    return out.close(']').close('}').text() + "\n";
+    out.open('{').member("status", "bad_input");
+    write_issues(out, "issues", issues);
+    return out.close('}').text() + "\n";
 }
 
 } // namespace amontons

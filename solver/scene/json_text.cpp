@@ -119,4 +119,14 @@ JsonText& JsonText::json(std::string_view text)
     return *this;
 }
 
+void write_issues(JsonText& json, std::string_view name, const std::vector<Issue>& issues)
+{
+    json.key(name).open('[');
+    for (const Issue& i : issues) {
+        json.open('{').member("file", i.file).member("place", i.place);
+        json.member("found", i.found).member("allowed", i.allowed).close('}');
+    }
+    json.close(']');
+}
+
 } // namespace amontons

@@ -1,5 +1,7 @@
 #pragma once
 
+#include "mesh/base/error.hpp"
+
 #include <cstdint>
 #include <string>
 #include <string_view>
@@ -49,5 +51,8 @@ private:
     bool after_key_ = false;
     bool indented_ = true;
 };
+
+/// `name`: a list of issues, each with file, place, found, allowed.
+void write_issues(JsonText& json, std::string_view name, const std::vector<Issue>& issues);
 
 } // namespace amontons

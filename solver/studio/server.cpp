@@ -13,6 +13,7 @@
 #include <httplib.h>
 #include <iterator>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <set>
 #include <unistd.h>
 
@@ -309,7 +310,7 @@ private:
         });
     }
 
-    /// Scenes and folders of results below the root.
+    /// Scenes and folders of results below the root; the one whose manifest was written last.
     Json listing() const
     {
         Json scenes = Json::array(), results = Json::array();
@@ -317,6 +318,8 @@ private:
         fs::recursive_directory_iterator at(root_, fs::directory_options::skip_permission_denied,
                                             error);
         std::size_t looked = 0;
+        std::optional<fs::file_time_type> last;
+        std::string newest;
         for (; !error && at != fs::end(at); at.increment(error)) {
             if (++looked > 100 * kMostListed) break;
             const fs::path& path = at->path();
@@ -330,9 +333,14 @@ private:
             }
             const std::string from_root = path.lexically_relative(root_).generic_string();
             if (at->is_symlink(none) && !inside(root_, from_root)) continue;
-            if (name == "manifest.json" && results.size() < kMostListed)
+            if (name == "manifest.json" && results.size() < kMostListed) {
                 results.push_back(fs::path(from_root).parent_path().generic_string());
-            else if (path.extension() == ".json" && scenes.size() < kMostListed &&
+                const fs::file_time_type written = fs::last_write_time(path, none);
+                if (!none && (!last || written > *last)) {
+                    last = written;
+                    newest = results.back();
+                }
+            } else if (path.extension() == ".json" && scenes.size() < kMostListed &&
                      at->file_size(none) < kMostBody) {
                 const std::string text = read_file(path);
                 if (text.find("\"schema\"") != std::string::npos &&
@@ -342,7 +350,9 @@ private:
         }
         std::sort(scenes.begin(), scenes.end());
         std::sort(results.begin(), results.end());
-        return {{"scenes", scenes}, {"results", results}};
+        Json list = {{"scenes", scenes}, {"results", results}};
+        if (last) list["newest"] = newest;
+        return list;
     }
 
     void send_file(const std::string& relative, httplib::Response& r) const

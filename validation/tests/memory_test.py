@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""What `check` foretells of memory, and what a run states of the modules that it has mapped.
+"""What `check` predicts of memory, and what a run states of the modules that it has mapped.
 
 memory_test.py PROGRAM
 """
@@ -65,7 +65,7 @@ class Memory(unittest.TestCase):
             manifest, _ = self.run_whole(file, *more)
             self.assertEqual(manifest["status"], "done", file)
             ratio = predicted / manifest["peak_memory"]
-            self.assertTrue(0.7 <= ratio <= 1.3, f"{file.name}: {predicted / 1e6:.0f} MB foretold, "
+            self.assertTrue(0.7 <= ratio <= 1.3, f"{file.name}: {predicted / 1e6:.0f} MB predicted, "
                                                  f"{manifest['peak_memory'] / 1e6:.0f} MB taken")
 
     def test_the_picture_is_told_apart(self):

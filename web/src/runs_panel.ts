@@ -22,6 +22,7 @@ export const compareChooser = el("select", {
   onchange: () => void choose(compareChooser.value, compareWith),
 });
 let folders: string[] = [];
+let newest: string | undefined; // of them, the one written last
 const openFolders = new Map<string, Run>();
 
 export function listRuns() {
@@ -76,6 +77,7 @@ function compareWith(r: Run | null) {
 export async function listFiles() {
   const list = await api.get("/api/list");
   folders = list.results;
+  newest = list.newest;
   const was = sceneChooser.value;
   sceneChooser.replaceChildren(...list.scenes.map((s: string) => el("option", { value: s }, s)));
   if (list.scenes.includes(was)) sceneChooser.value = was;
@@ -100,14 +102,14 @@ export async function goOnWith(folder: string) {
   say(`${folder} is gone on with`);
 }
 
-/** After a server or a simulation that was killed: the newest live run, where it has not reached its end. */
+/** After a server or a simulation that was killed: the last live run, where it has not reached its end. */
 export async function offerUnfinished() {
-  const newest = folders.filter((f) => /-\d{3,}$/.test(f)).at(-1);
-  const r = newest ? await runOf("folder:" + newest).catch(() => null) : null;
-  if (!newest || !r?.resumable) return;
+  const last = newest && /-\d{3,}$/.test(newest) ? newest : null;
+  const r = last ? await runOf("folder:" + last).catch(() => null) : null;
+  if (!last || !r?.resumable) return;
   const how = r.status === "running" ? "was cut off" : "has not reached its end";
-  const on = el("button", { onclick: () => void goOnWith(newest) }, "Go on with it");
-  say(`${newest} ${how}; what was written is there, up to t = ${shortNumber(r.times.at(-1) ?? 0)} s. `, false, on);
+  const on = el("button", { onclick: () => void goOnWith(last) }, "Go on with it");
+  say(`${last} ${how}; what was written is there, up to t = ${shortNumber(r.times.at(-1) ?? 0)} s. `, false, on);
 }
 
 // ---- what leaves the page

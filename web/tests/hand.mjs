@@ -33,6 +33,7 @@ await test("a run in the hand tells how its loop fares, and is changed while it 
   assert.equal(h.rate_aim, 1000);
   assert.ok(h.missed === 0 && h.ticks > 100, JSON.stringify(h));
   assert.ok((await page.evaluate(() => studio.live.columns.get("hand_force")?.length)) > 1);
+  await button(page, "Start in the hand").evaluate((e) => e.scrollIntoView({ block: "start" }));
   await picture(page, "studio_hand");
   const E = page.getByRole("textbox", { name: "bodies.bed.youngs_modulus", exact: true });
   await E.fill("3e4");

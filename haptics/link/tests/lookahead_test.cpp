@@ -14,13 +14,13 @@ namespace {
 /// Of the example's rod, pressed 30 mm, which it lies on loosely: friction alone holds it along its
 /// axis, so that in W a contact moves by 20 m for a newton. Then the hand moves on, an operator
 /// each 10 ms; the full simulation continues in steps of a tick from where that was made.
-struct Foretold {
+struct Predicted {
     double worst = 0; ///< error of a tick
     int wrong = 0;    ///< ticks above 1 %
     double fall = 0;  ///< largest change of the full force in a tick, while it moves on [N]
 };
 
-template <class Shift> Foretold foretell(const Shift& shift)
+template <class Shift> Predicted predict(const Shift& shift)
 {
     const Scene scene = read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json");
     const std::vector<Obstacle> balls = build_obstacles(scene);
@@ -39,7 +39,7 @@ template <class Shift> Foretold foretell(const Shift& shift)
         pose.position += shift(std::max(0, tick - press));
         return pose;
     };
-    Foretold out;
+    Predicted out;
     for (int k = 0; k < last; k += 10) {
         REQUIRE(link->step(device(k)));
         ReducedOperator<double> op(300);
@@ -67,26 +67,26 @@ template <class Shift> Foretold foretell(const Shift& shift)
 
 } // namespace
 
-TEST_CASE("a rod among balls is foretold in each tick where it falls and where the hand turns" *
+TEST_CASE("a rod among balls is predicted in each tick where it falls and where the hand turns" *
           doctest::test_suite("slow"))
 {
     // Along its axis, across, and back, with as long a way in a tick as looks are apart.
     const auto leg = [](int tick, int from, int to) {
         return 1e-4 * std::clamp(tick - from, 0, to - from);
     };
-    const Foretold f = foretell([&](int tick) {
+    const Predicted f = predict([&](int tick) {
         return Vec3(leg(tick, 0, 200) - leg(tick, 300, 350), leg(tick, 200, 300), 0);
     });
     CHECK(f.fall > 0.01);
     CHECK(f.worst < 0.01);
 }
 
-TEST_CASE("a rod among balls is foretold on an arc but for the tick in which it falls" *
+TEST_CASE("a rod among balls is predicted on an arc but for the tick in which it falls" *
           doctest::test_suite("slow"))
 {
     // Where it falls a tick sooner or later the whole fall is the error.
     constexpr double radius = 0.02, way = 9e-5;
-    const Foretold f = foretell([&](int tick) -> Vec3 {
+    const Predicted f = predict([&](int tick) -> Vec3 {
         const double angle = way * tick / radius;
         return radius * Vec3(std::sin(angle), 1 - std::cos(angle), 0);
     });

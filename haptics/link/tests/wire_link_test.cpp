@@ -277,7 +277,7 @@ TEST_CASE("a contact of a wire that opens releases it")
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("contacts of a wire whose turn comes within a period are foretold when it comes")
+TEST_CASE("contacts of a wire whose turn comes within a period are predicted when it comes")
 {
     // The example's catheter from 144 mm on at 0.1 m/s: the force turns where it rolls from one
     // contact to the next. One evaluation, at the period's end, is off by 3 % between.

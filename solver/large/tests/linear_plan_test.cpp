@@ -22,7 +22,7 @@ VolumeMesh box(std::array<std::int32_t, 3> cells)
 
 } // namespace
 
-TEST_CASE("entries and operations of a factor are foretold from the graph of nodes" *
+TEST_CASE("entries and operations of a factor are predicted from the graph of nodes" *
           doctest::test_suite("slow"))
 {
     // Flat, so that a formula for cubes would be far off.

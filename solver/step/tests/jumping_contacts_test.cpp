@@ -75,6 +75,27 @@ TEST_CASE("a rigid box in a coarse block ends with the same force in any number 
     }
 }
 
+TEST_CASE("the largest pressure is reported where faces are larger than what they touch")
+{
+    // A ball over the middle of a face: its force is that of rows which represent no area. The
+    // four nodes of the face carry it about evenly, each with the area of one face.
+    const double face = 0.1 / 3;
+    const Result r = run(R"("bodies": {
+        "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01}, "start": {"place": [0.001, 0.0007, 0.01]},
+                 "drive": {"x": 0, "y": 0, "z": [[0, 0], [1, -0.001]]}},
+        "block": {"kind": "solid", "mesh": {"generate": "box", "size": [0.1, 0.1, 0.05], "cells": [3, 3, 2],
+                  "element": "H8", "centre": [0, 0, -0.025]}, "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+                  "hold": [{"set": "z_min"}]}},
+        "contact": [{"between": ["ball", "block"]}],
+        "time": {"kind": "quasi_static", "step": 1, "end": 1})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    const double force = r.vector("ball_on_block_force").norm();
+    const double mean = force / (4 * face * face);
+    CHECK(force > 1);
+    CHECK(r.value("ball_on_block_max_pressure") > mean);
+    CHECK(r.value("ball_on_block_max_pressure") < 1.5 * mean);
+}
+
 TEST_CASE("a rigid box that is pressed into faces of T10 and slid ends on the cone of friction" *
           doctest::test_suite("slow"))
 {
