@@ -29,7 +29,7 @@ struct FclibProblem {
     std::optional<FclibSolution> solution;
     /// Initial guesses of the file, in its order.
     std::vector<FclibSolution> guesses;
-    /// What each contact is to those who wrote the file, per contact; empty if they did not state.
+    /// What each contact is to those who wrote the file, per contact; empty if the file has none.
     /// Ours: dataset /amontons/contact, so that steps can be matched.
     std::vector<std::int32_t> identity;
     bool says_level = false; ///< the level is the file's (/amontons/level); else velocities

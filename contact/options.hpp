@@ -30,8 +30,8 @@ struct SolverOptions {
     /// Groups of contacts that W does not couple are solved side by side, and so are those in a
     /// sweep of a large W of bodies: the same bits for any number; >= 1.
     int threads = 1;
-    /// Also state whether W is singular or indefinite: as much work as a Newton step. Not counted
-    /// in the certificate's seconds.
+    /// Also determine whether W is singular or indefinite: as much work as a Newton step. Not
+    /// counted in the certificate's seconds.
     bool analyse = false;
     /// Of several reactions, return the one of least norm (up to the tolerance): a second solve,
     /// with W + alpha, alpha so small that the answer solves the problem as it is.

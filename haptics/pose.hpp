@@ -4,7 +4,7 @@
 
 #include <Eigen/Geometry>
 
-// What a device and the loop state to each other. Six degrees of freedom always; a device with
+// Messages between a device and the loop. Six degrees of freedom always; a device with
 // fewer leaves the others still (a catheter's base: x and the turn about x).
 
 namespace amontons {

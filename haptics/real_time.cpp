@@ -87,7 +87,7 @@ void flush_denormals()
         at[i] = 0;
 }
 
-/// By the kernel since it started, to make room for larger pieces; 0 where it does not report.
+/// By the kernel since it started, to make room for larger pieces; 0 where it does not count them.
 long pages_moved()
 {
     std::ifstream in("/proc/vmstat");

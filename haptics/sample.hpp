@@ -4,7 +4,7 @@
 
 namespace amontons {
 
-/// What a device states in a tick. `valid` is false when it has nothing to report: unplugged,
+/// Device sample of a tick. `valid` is false if there is no data: unplugged,
 /// silent.
 struct DeviceSample {
     double time = 0; ///< when it was measured, on the loop's clock [s]

@@ -4,7 +4,7 @@
 
 namespace amontons {
 
-/// What the shape of one element states. Angles and lengths are those of its corners.
+/// Measures of the shape of one element. Angles and lengths are those of its corners.
 struct ElementQuality {
     double volume = 0;            ///< integral of det J, exact [m^3]
     double least_jacobian = 0;    ///< det J at corners and integration points, the least [m^3]

@@ -15,7 +15,7 @@ struct SizeSource;
 /// know. May throw InputError.
 using VtpReader = std::function<SurfaceMesh(const std::string& path)>;
 
-/// A surface from a file; the suffix (.stl .obj .ply .vtp, in any case) states its format.
+/// A surface from a file; the suffix (.stl .obj .ply .vtp, in any case) determines its format.
 ///
 /// Vertices at exactly the same place are merged. Nothing else is changed or checked: see
 /// check_surface.

@@ -37,7 +37,7 @@ struct ChildResult {
 void run_children(const std::vector<ChildJob>& jobs, int at_once, const std::atomic<bool>& stop,
                   const std::function<void(std::size_t, const ChildResult&)>& done);
 
-/// The last line of what a child stated on stderr, without "error: ".
+/// The last line that a child wrote to stderr, without "error: ".
 std::string last_line(const std::string& errors);
 
 } // namespace amontons

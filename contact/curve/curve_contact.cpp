@@ -167,7 +167,7 @@ struct Pair {
         if (p.t > 0 || (first && !a.closed)) return spacing[e];
         return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
-    /// A crossing states it already: two rows at one place would share a force, and pass it to and
+    /// A crossing has it already: two rows at one place would share a force, and pass it to and
     /// fro as the crossing moves.
     bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {

@@ -432,7 +432,7 @@ void touch(const PairFrame& pair, const Ellipsoid& own_a, const Ellipsoid& own_b
                 const Vec3 next = (n + tangent * change).normalized();
                 const Vec3 way_there = apart(next);
                 const double there = next.dot(way_there);
-                // At round-off of the distance the slope still reports.
+                // At round-off of the distance the slope still shows the side.
                 const double slack = 1e-14 * pair.size;
                 if (!(there > value + slack) &&
                     !(there > value - slack &&

@@ -165,7 +165,7 @@ ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
 }
 
 /// Triangles that may be inside of what a distance is from, ascending, and some others: in cubes
-/// that are halved where the distance states that it may reach into them.
+/// that are halved where by the distance it may reach into them.
 /// @param near  a box in space around what it is
 std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pose& pose,
                                            const Distance& distance, const BoundingBox& near)

@@ -9,7 +9,7 @@
 #include <string>
 #include <variant>
 
-// What a rigid body may resemble. Every shape has a frame of its own, put into space by a Pose.
+// Shapes of rigid bodies. Every shape has a frame of its own, put into space by a Pose.
 
 namespace amontons {
 

@@ -240,7 +240,7 @@ void touch_wall_ellipsoid(const WallPair& pair, const Ellipsoid& a)
             for (int halved = 0; halved < 30; ++halved, change /= 2) {
                 const Vec3 next = (m + tangent * change).normalized();
                 const WallSample there = pair.wall(place(next));
-                // At round-off of the distance the normal still reports.
+                // At round-off of the distance the normal still shows the side.
                 const double slack = 1e-14 * pair.size;
                 const Vec3 beside = there.normal - there.normal.dot(next) * next;
                 if (!(there.distance < s.distance - slack) &&

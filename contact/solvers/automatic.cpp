@@ -24,7 +24,7 @@ constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
 /// contacts change what they do, and else costs little beside the ways that are left.
 constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
 /// In a network of rigid bodies whose reactions W does not distinguish: widely rounded, since the
-/// reactions that give no information must leave the corners where sweeps have left them, and with
+/// reactions that W does not determine must leave the corners where sweeps have left them, and with
 /// every single contact near the path before it continues: the mean of ten thousand gives no
 /// information of the few that jam the next step. Those are solved apart.
 constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 80};
@@ -120,7 +120,7 @@ bool sweep_while_cheap(SolverWork& work, AcceleratedNsgs& sweeps, ShiftedDelassu
         const double now = work.progress.best_error();
         const double gained = std::log(before / now);
         before = now;
-        if (!std::isfinite(gained)) continue; // the first batch reports no rate
+        if (!std::isfinite(gained)) continue; // the first batch has no rate
         if (!(gained > 0)) return false;
         const double digits = std::log(now / std::max(work.options.tolerance, kSweepRoundOff));
         const Eigen::Index closed = rows_with_force(work);

@@ -25,14 +25,15 @@ class SolveProgress {
 public:
     SolveProgress(const ContactProblem& problem, const SolverOptions& options);
 
-    /// Examines an iterate and states whether to end; call it with every iterate, the start first.
+    /// Evaluates an iterate and returns whether to end; call it with every iterate, the start
+    /// first.
     /// @param u  W r + q as the solver keeps it; replaced now and then by the exact product,
     ///           and always before success is believed
-    /// @param exact  replace u and examine the round-off floor at once: for iterates that cost
+    /// @param exact  replace u and evaluate the round-off floor at once: for iterates that cost
     ///               more than a product
     bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact = false);
 
-    /// Counts an iterate that nobody examines.
+    /// Counts an iterate that is not evaluated.
     void pass() { ++looks_; }
 
     /// Ends the run as infeasible.

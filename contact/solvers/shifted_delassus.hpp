@@ -17,7 +17,7 @@ namespace amontons {
 ///
 /// Dense W: LU of the closed contacts' rows, O(closed^3). Sparse W: a block LU whose pattern is
 /// analysed once, or the dense LU where that is cheaper. Both exchange rows only inside diagonal
-/// blocks, and the residual states whether that was enough: else a dense LU that searches its
+/// blocks, and the residual shows whether that was enough: else a dense LU that searches its
 /// pivots. W of bodies: ShiftedBodies. Matrix-free W: GMRES with the own blocks as preconditioner.
 class ShiftedDelassus {
 public:
@@ -46,7 +46,7 @@ public:
     /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free
     /// W, whose products nobody knows the cost of.
     double cost(Eigen::Index closed_rows);
-    /// Is that this much [ns] or more? Where W's own size reports, its pattern is not analysed: the
+    /// Is that this much [ns] or more? Where W's own size shows it, its pattern is not analysed: the
     /// analysis of a large packing takes longer than the sweeps that solve it.
     bool costs_at_least(double limit, Eigen::Index closed_rows);
 

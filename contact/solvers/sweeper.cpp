@@ -168,7 +168,7 @@ void Sweeper::visit(int i)
     double& guess = multiplier_[i];
     LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess, true);
     if (local.state == LocalState::unsolved) local = solve_shifted(i, ri, b);
-    if (local.state == LocalState::unsolved) return; // r stays: the certificate will report
+    if (local.state == LocalState::unsolved) return; // r stays: the certificate shows it
     if (local.state == LocalState::slip) guess = local.multiplier;
 
     // By components: see solve_local.

@@ -12,7 +12,7 @@
 //           patch test; so on a curved face the functions are dual only up to its curvature.
 //
 // Dual functions are negative in places. Where the master covers only a part of a face their
-// integral gives no information, and instead psi_i = 1 on the part of the face nearest to node i.
+// integral vanishes, and instead psi_i = 1 on the part of the face nearest to node i.
 
 namespace amontons {
 

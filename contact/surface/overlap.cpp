@@ -442,7 +442,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 
 namespace {
 
-/// The deepest place of a flat triangle in a convex shape: parts of it whose tangent plane states
+/// The deepest place of a flat triangle in a convex shape: parts of it whose tangent plane shows
 /// that they may be deeper than the deepest so far are cut in four.
 struct DeepestPlace {
     const FaceInPlane& face;

@@ -16,7 +16,7 @@
 // again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
 // on a face. Faces T3 count as flat triangles, T6 as four through their middle nodes; what this
 // leaves out of a face that bends is h^2/32 times its curvature. Edges enter and leave Q4 by their
-// two triangles; how deep, the bent face itself states.
+// two triangles; the depth is that of the bent face itself.
 
 namespace amontons {
 

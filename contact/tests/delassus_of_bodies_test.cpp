@@ -155,7 +155,7 @@ TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
         CHECK((p.W.block(row, 3) - W.block(row, row, 3, 3)).norm() < 1e-14 * size);
     const std::vector<Eigen::Index> chosen{3, 4, 5, 40, 80};
     CHECK((p.W.part(chosen) - W(chosen, chosen)).norm() < 1e-14 * size);
-    // A bound, and none that gives no information.
+    // A bound that is not trivial.
     const Eigen::VectorXd r = p.q.cwiseAbs(), bound = p.W.absolute_times(r);
     CHECK(((bound - W.cwiseAbs() * r).array() >= -1e-15).all());
     CHECK(bound.norm() < 5 * (W.cwiseAbs() * r).norm());

@@ -14,7 +14,7 @@ double error_in_round_off(const Mat3& A, double mu, const Vec3& b, const Vec3& r
 {
     const ContactProblem p{Eigen::MatrixXd(A), b, Eigen::VectorXd::Constant(1, mu), {}, {}};
     const double terms = (A.cwiseAbs() * r.cwiseAbs() + b.cwiseAbs()).norm();
-    // Not by the trace: that of an indefinite block gives no information.
+    // Not by the trace: that of an indefinite block is no scale.
     const double error = static_cast<double>(test::reference_error(p, r, 1 / A.norm()));
     return error * b.norm() / terms;
 }

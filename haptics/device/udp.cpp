@@ -165,7 +165,7 @@ DeviceSample UdpDevice::read(double time) noexcept
             ++refused_;
             continue;
         }
-        // As far after the last as the sender's clock states, and within 10 ms before its arrival:
+        // As far after the last as by the sender's clock, and within 10 ms before its arrival:
         // a clock that stands still or runs away leaves the times of arrival.
         const double after =
             1e-9 * (static_cast<double>(pose.time) - static_cast<double>(pose_.time));

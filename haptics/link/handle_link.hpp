@@ -49,7 +49,7 @@ public:
     /// @return  false if the bodies are not the same; nothing is taken over then
     virtual bool take_over(const HandleLink& before) = 0;
 
-    /// What all bodies resemble now, and the forces between them.
+    /// Shapes and fields of all bodies now, and the forces between them.
     virtual std::vector<BeamRecord> beam_records() const { return {}; }
     /// Bodies, as the step records have them.
     virtual std::vector<BodyRecord> body_records() const { return {}; }

@@ -306,7 +306,7 @@ Condensed WireLink::State::condense(Lookahead& lookahead)
 }
 
 // The hand continues: steps to where it will be until the operator after this one comes, which are
-// taken back. They report which contacts stay closed. And a point of the wire that slides along a
+// taken back. They show which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
 // made of; no first derivative knows it. Where the wire jumps on the way, what holds from there on
 // is handed over with what holds until then.

@@ -25,7 +25,7 @@ struct PassivityOptions {
     /// Credit that the hand has earned by pushing decays with this time constant, so that old
     /// dissipation does not hide new injection; 0: never [s].
     double leak = 0;
-    /// What a tick that comes later than `horizon` states may give beyond the credit: that it comes
+    /// What a tick that comes later than `horizon` may give beyond the credit: that it comes
     /// so late just then, while the hand moves off as fast as it may, is unlikely [J].
     double late_trust = 2e-6;
     /// Credit to begin with, which bounds the energy that may be given in all. Without any, a force
@@ -72,7 +72,7 @@ public:
     /// ticks were of late.
     void expect_delayed(int ticks) { late_ = ticks; }
     /// The wrench that may be sent now. Also remembers it for observe().
-    /// @param wrench   that may be sent, states the limiter: what is left of it may, too
+    /// @param wrench   that may be sent by the limiter: what is left of it may, too
     /// @param limiter  of this tick: how much damping may be added, where the motion is known
     /// @param always   without control, too
     Wrench allow(Wrench wrench, const Limiter& limiter, Motion motion = Motion::known,

@@ -18,7 +18,7 @@ enum class SafetyState {
     too_fast,           ///< the device moves faster than allowed
     pose_jump,          ///< the device's pose jumped: it was re-calibrated, or replaced
     not_a_number,       ///< device or force not finite; stays
-    simulation_stopped, ///< it ended, or stated that it failed; stays
+    simulation_stopped, ///< it ended, or failed; stays
 };
 
 /// Number of states.

@@ -11,7 +11,7 @@ namespace {
 constexpr double kRegular = 1e-6;
 
 /// Of all shares together: more multiplies the rounding of u, and where contacts open and close or
-/// differences are rounding themselves it gives no information. They stay below 4 in a bed of 200
+/// differences are rounding themselves they predict nothing. They stay below 4 in a bed of 200
 /// contacts
 /// [-].
 constexpr double kMostShares = 100;

@@ -55,7 +55,7 @@ public:
             std::function<Scene(const std::vector<std::string>& overrides)> read);
     ~HandRun();
 
-    /// With introducers where their centrelines state.
+    /// With introducers placed at their centrelines.
     const Scene& scene() const;
     /// As it is now, after changes.
     const Scene& scene_now() const;

@@ -32,7 +32,7 @@ using namespace amontons::test;
 
 namespace {
 
-/// A device on a circle in the bed, which examines the counter of its thread.
+/// A device on a circle in the bed, which reads the counter of its thread.
 struct Circle final : Device {
     long reads = 0, first = -1, last = -1, writes = 0;
     long first_locks = -1, last_locks = -1;

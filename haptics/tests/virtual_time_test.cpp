@@ -284,7 +284,7 @@ TEST_CASE("a wall is not lost at 1 m/s")
         const double z = r.handle.position[2];
         if (r.state != SafetyState::running) continue;
         deepest = std::min(deepest, z);
-        // The proxy is where the spring's force states; below the plate the device may well be.
+        // The proxy is where the spring's force puts it; below the plate the device may well be.
         const double proxy = z + r.computed.force[2] / bed.k;
         under += proxy < -1e-5;
     }

@@ -6,7 +6,7 @@
 
 // Ear clipping (Meisters 1975): a corner whose triangle is convex and holds no other corner can
 // be cut off. A simple polygon always has two such ears. Where a polygon is not simple, or
-// flat, none may be left: the rest is then cut as a fan, and check_surface states what is wrong.
+// flat, none may be left: the rest is then cut as a fan, and check_surface finds what is wrong.
 
 namespace amontons {
 namespace {

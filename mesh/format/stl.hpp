@@ -9,7 +9,7 @@ namespace amontons {
 
 /// A surface from the bytes of an STL file, binary or ASCII (distinguished by size, not by the
 /// word "solid", with which binary files begin as well). Corners at exactly the same place
-/// become one vertex. Normals and attributes are not read: the corners' order states the side.
+/// become one vertex. Normals and attributes are not read: the corners' order determines the side.
 /// @param file   for messages
 /// @param scale  > 0, of the file's lengths [m per unit]
 /// @throws InputError  cut or padded file, unexpected word, coordinates that are not finite,

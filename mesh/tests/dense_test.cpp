@@ -299,7 +299,7 @@ TEST_CASE("of the least squares of a matrix without full rank the shortest is in
         const RightSingular svd = right_singular(A);
         CHECK(largest(svd.V.rightCols(8 - rank).transpose() * x) <= 1e-11);
     }
-    // A column of 1e-8 counts or not, as the threshold states.
+    // A column of 1e-8 counts or not, depending on the threshold.
     MatrixXd A = MatrixXd::Identity(3, 3);
     A(2, 2) = 1e-8;
     CHECK(same(shortest_least_squares(A, Vec3(1, 2, 3), 1e-6), Vec3(1, 2, 0)));

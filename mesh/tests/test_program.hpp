@@ -2,7 +2,7 @@
 
 #include <string_view>
 
-// What every test program does alike: one case may be asked for by its name, and states by the exit
+// What every test program does alike: one case may be asked for by its name, and shows by the exit
 // code whether it passed, failed or could not be tried here.
 
 namespace amontons {

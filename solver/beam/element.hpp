@@ -63,7 +63,7 @@ struct ElementLaw {
     std::array<double, 6> S{}; ///< integral of the stiffness over the element [N m], [N m^3]
     std::array<double, 6> P{}; ///< integral of stiffness times natural strain
     double constant = 0;       ///< [J]
-    /// How much longer the middle line is, bent as an S between the ends, than the stretch states:
+    /// How much longer the middle line is, bent as an S between the ends, than by the stretch:
     /// for each shear [-], 6/5 without flexibility in shear. See set_bowing().
     std::array<double, 2> bowing{};
     std::vector<TableShare> beyond; ///< of tables, on the strains less the natural ones, P / S

@@ -190,7 +190,7 @@ CompliantContacts linearise_walls(const std::vector<WireWall>& walls,
 
 // Plain sweeps, each with the places and normals of the one before, err less by the dents' slopes
 // from one to the next. Where those are steep Newton's method takes over: forces and places change
-// by phi and Y so that what the moved wall states agrees,
+// by phi and Y so that they agree with the moved wall,
 //     Y = S^-1 (F D + C phi),      phi = df + B (turn (Y - D) + dipole Y + tilt phi),
 // D and df what places and forces disagree by.
 double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::size_t w,

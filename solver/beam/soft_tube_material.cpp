@@ -66,7 +66,7 @@ std::string SoftTube::find_rest_()
     const auto newton = [&](WallState& s) -> std::string {
         std::string fault = find_balance(mesh_, *hyperelastic_, load_, s);
         for (int i = 0; i < kMostNewton && fault.empty(); ++i) {
-            // Also at rest: that there is a factor states that the balance is stable.
+            // Also at rest: a factor exists only if the balance is stable.
             assemble_wall_tangent(mesh_, pattern_, *hyperelastic_, s, K);
             if (!factor_(K)) return "leave it no stable balance";
             if (largest_free(s.off, dofs_) <= kRestBalance * scale) return "";

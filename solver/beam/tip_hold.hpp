@@ -28,7 +28,7 @@ TipLoad hold_tip(const Wire& wire, BlockTridiagonal& tangent, std::vector<Node6>
 /// Takes it from a row on the nodes of an element.
 void hold_tip(const Wire& wire, int element, ContactRow& row);
 
-/// Whether a place cannot move: a contact there has nothing to report.
+/// Whether a place cannot move: a contact there has no effect.
 bool is_held(const Wire& wire, int element, double xi);
 
 } // namespace amontons

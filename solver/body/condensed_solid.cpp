@@ -106,7 +106,7 @@ void CondensedSolid::make_parts()
 
     // ---- Responses, all solved at once
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
-    // that report the mean motion (A is symmetric), and turns of the holds, whose forces are
+    // that give the mean motion (A is symmetric), and turns of the holds, whose forces are
     // moments. All are solved for at once.
     const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols(),
                        turns = 3 * Eigen::Index(input_.hold.size());
@@ -531,7 +531,7 @@ std::vector<double> CondensedSolid::state() const
     return s;
 }
 
-/// The state is made of what each hold and load does: of others it gives no information.
+/// The state is made of what each hold and load does: it contains no others.
 std::vector<double> CondensedSolid::state_from(const Body& before) const
 {
     const auto* solid = dynamic_cast<const CondensedSolid*>(&before);

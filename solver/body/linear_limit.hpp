@@ -23,7 +23,7 @@ struct LinearLimit {
     /// Cost: O(elements).
     void note(const VolumeMesh& mesh, std::span<const Vec3> places, const Mat3& turn, double time);
 
-    /// What to report of a body that exceeded 0.1 rad or 10 % of strain; "" if it did not.
+    /// Warning about a body that exceeded 0.1 rad or 10 % of strain; "" if it did not.
     std::string warning(const std::string& body) const;
 };
 

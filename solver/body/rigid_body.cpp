@@ -243,7 +243,7 @@ Vec3 RigidBody::displacement(const BodyPlace& at) const
         const MeanMotion m = mean_motion();
         return m.shift + m.turn.cross(at.point - m.centre);
     }
-    if (step_.dynamic && !driven()) { // as the velocities state: what forces there work on
+    if (step_.dynamic && !driven()) { // by the velocities: what forces there work on
         const Vec3 arm = at.point - state_.centre;
         return step_.h * (step_.rule.end * (now_.velocity + now_.spin.cross(arm)) + past_velocity_ +
                           past_spin_.cross(arm));

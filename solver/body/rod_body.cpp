@@ -474,7 +474,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     acting_ = acting;
     if (step_.dynamic) {
         e.dissipated = end_memory();
-    } else { // the tangent of what is accepted, not of the iterate before: it reports stability
+    } else { // the tangent of what is accepted, not of the iterate before: it shows stability
         e.dissipated = taken_by_drag();
         forces(now_, step_.end(), inner_, load_);
         Eigen::VectorXd unused = residual_;

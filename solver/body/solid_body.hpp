@@ -100,7 +100,7 @@ public:
     /// Of loops over elements and nodes and of columns; the result is the same for any number.
     void use_threads(int threads);
 
-    /// About how many steps will come: states what is worth being kept.
+    /// About how many steps will come: determines what is worth keeping.
     void expect_steps(double steps) { expected_steps_ = steps; }
 
     /// Rigid motions that nothing prescribed prevents, in words.
@@ -200,10 +200,10 @@ public:
     Vec3 turn_since_start();
     /// What a caller may lead by hand: its drive and its loads.
     std::vector<LiveCurve> live_curves();
-    /// The scene's probes with what they examine.
+    /// The scene's probes with their places or sets.
     const std::vector<ProbeInput>& probes() const { return input_.probes; }
-    /// Mean displacement since the start of what a probe examines, in space [m], and stress there,
-    /// of the accepted state, in space [Pa]: at a place of its element (of hyperelastic and
+    /// Mean displacement since the start of the place or set of a probe, in space [m], and stress
+    /// there, of the accepted state, in space [Pa]: at a place of its element (of hyperelastic and
     /// corotational ones the element's mean), over faces of the elements behind them. complete()
     /// first.
     Vec3 probe_displacement(const ProbeInput& probe) const;

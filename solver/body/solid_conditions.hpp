@@ -18,7 +18,7 @@ struct SolidConditions {
     struct Held {
         /// Number of the degree of freedom.
         std::int32_t dof = 0;
-        const CurvePoints* curve = nullptr; ///< null: 0, or as the hold's turn or gradient states
+        const CurvePoints* curve = nullptr; ///< null: 0, or given by the hold's turn or gradient
         std::size_t hold = 0;               ///< the first that names it
     };
     struct Load { ///< of each of the scene's

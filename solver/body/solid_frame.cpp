@@ -105,8 +105,8 @@ SolidBody::Unstrained SolidBody::unstrained() const
     }
     for (int k = 0; k < 3; ++k)
         if (count[k] > 0) whole.shift[k] = sum[k] / count[k];
-    // Nothing states where it would be but itself. Of a condensed body only the places that touch
-    // are known; its frame floats with it.
+    // Only its own state determines where it would be. Of a condensed body only the places that
+    // touch are known; its frame floats with it.
     if (count.isZero(0) && !input_.drive.given && !condensed()) {
         Motion floating = now_;
         float_frame(floating);

@@ -12,9 +12,9 @@ inline constexpr const char* kProbeFields[] = {
     "stress_yy",      "stress_zz",      "stress_xy",       "stress_yz",
     "stress_zx",      "von_mises",      "contact_pressure"};
 
-/// Finds what the probes of a solid examine: the element around a place, or the nodes and faces of
-/// a set. Of the mesh as it was read, with the input's own sets.
-/// Reads the references of lines.
+/// Finds the places and sets of a solid's probes: the element around a place, or the nodes and
+/// faces of a set. Of the mesh as it was read, with the input's own sets. Reads the references of
+/// lines.
 /// @throws InputError  places outside of the mesh, sets that it has not
 void place_probes(SolidInput& input, const VolumeMesh& mesh, const std::string& file);
 

@@ -104,7 +104,7 @@ SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, 
     return N;
 }
 
-/// The matrix, as next_shift() states.
+/// The matrix with the shift of next_shift().
 void SolidBody::stabilise(SparseMatrix& S)
 {
     const double scale = step_.dynamic ? 1 / step_.h : 1;

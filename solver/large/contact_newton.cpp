@@ -173,7 +173,7 @@ public:
             const LargeMatrix::Result done = A_.solve(missing, kLinearTolerance);
             ++out.newton;
             out.linear += done.iterations;
-            // One that stops early is a worse step, which the balance below reports; or none: the
+            // One that stops early is a worse step, which the balance below shows; or none: the
             // symmetric way, or no answer.
             if (!done.fault.empty() && !(done.reached <= kUseless)) {
                 if (symmetric_) {
@@ -215,7 +215,7 @@ private:
     bool symmetric_ = true;
 };
 
-/// f <- A^-1 f to the tolerance; else `out.fault` states what happened.
+/// f <- A^-1 f to the tolerance; else `out.fault` is the reason.
 void solve(LargeMatrix& A, Eigen::VectorXd& f, double tolerance, LargeContactSolution& out)
 {
     LargeMatrix::Result done = A.solve(f, tolerance);

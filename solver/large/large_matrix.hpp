@@ -15,7 +15,7 @@ namespace amontons {
 
 /// Whether this process was started by mpirun (or srun) as one of several.
 bool started_by_mpirun();
-/// Its rank, by what mpirun states: the module need not be there.
+/// Its rank, from the environment of mpirun: the module need not be there.
 int mpirun_rank();
 
 /// Why large solids cannot be solved by iterations: the module petsc is not installed, or what it
@@ -31,7 +31,7 @@ public:
     ~ParallelRun();
     ParallelRun(const ParallelRun&) = delete;
     ParallelRun& operator=(const ParallelRun&) = delete;
-    /// On ranks above 0: works for rank 0 until it has finished, and states true.
+    /// On ranks above 0: works for rank 0 until it has finished, and returns true.
     bool served();
 };
 

@@ -5,7 +5,7 @@
 
 #include <iosfwd>
 
-// A factor as a file: a line that states what it is, numbers of 8 bytes, then the arrays as they
+// A factor as a file: a line with its kind, numbers of 8 bytes, then the arrays as they
 // lie in memory. Only for the kind of machine that wrote it.
 
 namespace amontons {

@@ -5,7 +5,7 @@
 #include <span>
 #include <vector>
 
-// What a supernodal factor resembles, and what is done with it. A supernode is a run of columns
+// The structure of a supernodal factor, and operations on it. A supernode is a run of columns
 // of L with (nearly) the same rows below; it is stored as one dense block by columns:
 //
 //      width

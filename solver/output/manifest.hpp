@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// What a manifest states besides the summary of the run.
+/// Contents of a manifest besides the summary of the run.
 struct ManifestInput {
     std::string scene_file; ///< as the user wrote it
     std::uint64_t scene_hash = 0;
@@ -24,7 +24,8 @@ struct ManifestInput {
     std::vector<std::string> files;    ///< what to open: collections, history, plots, picture
 };
 
-/// "0.1.0", and what `git describe` stated when the program was configured ("" if it was no clone).
+/// "0.1.0", and the output of `git describe` when the program was configured ("" if it was no
+/// clone).
 std::string program_version();
 /// The program's version and commit, in words.
 std::string program_describe();
@@ -35,7 +36,7 @@ std::string machine_text();
 /// "2026-11-21T19:22:00Z"
 std::string now_utc();
 
-/// Peak resident memory of this process so far [bytes]; 0 if the system does not state.
+/// Peak resident memory of this process so far [bytes]; 0 if the system does not provide it.
 double peak_memory();
 
 /// 0 done, 3 failed, 130 interrupted.

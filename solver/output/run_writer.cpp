@@ -268,7 +268,8 @@ void RunWriter::State::remove_old_files()
     for (const RigidInput& b : scene.rigids)
         parts.push_back(b.name);
     std::error_code error;
-    fs::remove(path("checkpoint"), error); // first: it must never outlive what it continues with
+    fs::remove(path("checkpoint"),
+               error); // first: it must never outlive the run that it belongs to
     fs::remove(path(options.name + ".pvd"), error);
     fs::remove(path("contacts.pvd"), error);
     std::vector<fs::path> old;

@@ -30,7 +30,7 @@ std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obsta
 /// "catheter" of examples/catheter/scene.json, "narrow" of narrow.json.
 std::string run_name(const std::string& scene_file);
 
-/// The manifest in a folder states that its run ended, or was killed, before there was a
+/// True if by the manifest in a folder its run ended, or was killed, before there was a
 /// checkpoint: nothing is lost by a run that begins anew.
 bool has_no_checkpoint_yet(const std::string& directory);
 

@@ -53,7 +53,7 @@ std::string volume_vtu_bytes(const VolumeMesh& mesh)
     for (const FaceRef& face : faces)
         add(face_nodes(mesh, face).nodes(), vtk_face_type(element_of(mesh, face.element).kind));
 
-    std::vector<std::vector<double>> values; // the arrays only examine them
+    std::vector<std::vector<double>> values; // the arrays refer to them
     const std::size_t sets =
         mesh.node_sets.size() + mesh.element_sets.size() + mesh.face_sets.size();
     values.reserve(sets);

@@ -134,7 +134,7 @@ void add_check(CLI::App& program, Session& session)
         "--quantities", *quantities,
         "Instead: all quantities with unit and meaning; makes the first state of the run");
     command->callback([arguments, quantities, &session] {
-        ParallelRun parallel; // states how many ranks there are
+        ParallelRun parallel; // has the number of ranks
         if (parallel.served()) return;
         settle(*arguments);
         Scene scene = read_scene(arguments->scene, arguments->overrides);

@@ -28,7 +28,7 @@ namespace {
 int report_arguments(const CLI::App& program, const CLI::ParseError& error, Session& session)
 {
     if (mpirun_rank() > 0)
-        return error.get_exit_code() == 0 ? kDone : kBadInput; // rank 0 states it
+        return error.get_exit_code() == 0 ? kDone : kBadInput; // rank 0 prints it
     const CLI::App* command = &program;
     std::string path; // "mesh info "
     std::size_t depth = 0;

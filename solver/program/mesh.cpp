@@ -43,7 +43,7 @@ VolumeFile read(const MeshArguments& a, Session& session)
     return file;
 }
 
-/// What a command that writes a mesh states at its end.
+/// Output of a command that writes a mesh.
 void report_written(const MeshArguments& a, const VolumeMesh& mesh,
                     const std::vector<std::string>& notes, Session& session)
 {

@@ -335,7 +335,7 @@ void run_study(const StudyArguments& a, Session& session)
         throw InputError({{"--quantity", "", quoted_text(a.quantity),
                            allowed_names(r.numbers, r.texts, a.quantity)}});
     };
-    bool seen = false; // a run that reports the names there are
+    bool seen = false; // a run with the names of its quantities
     for (const Work& w : work)
         if (w.record && w.record->status == "done" && !seen) {
             seen = true;

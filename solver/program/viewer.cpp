@@ -22,7 +22,7 @@ namespace {
 
 constexpr auto kPause = std::chrono::milliseconds(25); // between two frames: up to 40 a second
 
-/// What the other side states, up to the end of a line; "" at its end.
+/// Text of the other side, up to the end of a line; "" at its end.
 std::string read_line(int stream)
 {
     std::string text;

@@ -246,7 +246,7 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
                          "a tip that is held, of instruments in one another",
                          "no \"hold\": what nested instruments share along their length has no "
                          "held tip yet");
-    if (a.segments.empty() || b.segments.empty()) return; // stated elsewhere
+    if (a.segments.empty() || b.segments.empty()) return; // an issue of its own
     if (!fits_in(a, b) && !fits_in(b, a)) {
         // Of the two, the one with a bore is meant to be outside.
         const auto bore = [](const BeamInput& w) {

@@ -267,7 +267,7 @@ template <class T> const void* defaults_of()
     return &defaults;
 }
 
-/// An object that need not be there and states itself that it was given.
+/// An object that need not be there and records that it was given.
 template <class T>
 ObjectDeclaration optional_object(std::string title, std::vector<FieldDeclaration> fields)
 {

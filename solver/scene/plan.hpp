@@ -46,7 +46,7 @@ struct Plan {
 Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
                const std::vector<Obstacle>& obstacles, const LinearPlan& linear = {});
 
-/// What `amontons check --json` states.
+/// The JSON of `amontons check --json`.
 std::string plan_json(const Plan& plan);
 
 } // namespace amontons

@@ -44,7 +44,7 @@ struct BranchInput {
     double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
-/// One of several ways to report where a set or a branch is; `given` by the reader.
+/// One of several ways to specify a set or a branch; `given` by the reader.
 struct SetBox {
     /// True if the scene has one.
     bool given = false;

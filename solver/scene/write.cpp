@@ -45,7 +45,7 @@ const VariantDeclaration* chosen_variant(const ObjectDeclaration& declaration, v
     return nullptr;
 }
 
-/// False where the value states "not given" (an empty option, text or list, or the default of a
+/// False where the value means "not given" (an empty option, text or list, or the default of a
 /// field whose default is chosen later): the reader comes to the same without it.
 bool is_given(const FieldDeclaration& f, void* member)
 {

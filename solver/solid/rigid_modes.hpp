@@ -19,7 +19,7 @@ struct RigidModes {
     Eigen::MatrixXd R;
     std::vector<std::int32_t> pins; ///< degrees of freedom, as many as modes, ascending
     /// Some part has pins at contact nodes because its other nodes cannot hold it. A contact row
-    /// there has W = 0 although the body can move: examine H R as well before it is dropped.
+    /// there has W = 0 although the body can move: check H R as well before it is dropped.
     bool pins_at_contacts = false;
 };
 

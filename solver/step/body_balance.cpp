@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-// Balances that do not stand: rods leave them, of others a warning reports.
+// Balances that do not stand: rods leave them, others get a warning.
 
 namespace amontons {
 

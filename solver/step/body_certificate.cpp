@@ -148,7 +148,7 @@ bool BodyStepper::check_end_of_step()
     int furthest = -1;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];
-        // Of rods alone the balance with these forces states it all.
+        // Of rods alone the balance with these forces is the whole certificate.
         if (size > 0 && !nothing_ && !rods_only_)
             shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
         const double own_imbalance = body(b).imbalance(f[b]);

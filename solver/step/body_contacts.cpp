@@ -355,7 +355,7 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         }
     }
     if (!rest_) return;
-    // Boxes with half of what a pair of two such bodies examines.
+    // Boxes with half of the reach of a pair of two such bodies.
     const auto near_box = [&](int b) {
         ContactPair own;
         set_reach(own, rest_->reach, bodies[std::size_t(b)].body->size());
@@ -540,7 +540,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
             p.a, p.b, false, out, kBulge);
     };
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {
-        // Flat ends touch faces that no node of theirs reports of: by integrals, as flat bodies do.
+        // Flat ends touch faces none of whose nodes is near: by integrals, as flat bodies do.
         caps_.resize(bodies.size());
         std::unique_ptr<Facets>& caps = caps_[std::size_t(p.b)];
         if (!caps) {

@@ -75,7 +75,7 @@ void BodyStepper::start_following()
     }
 }
 
-/// The iterate continues as the forces of the step before state: directions half way are then known
+/// The iterate continues by the forces of the step before: directions half way are then known
 /// up to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
 void BodyStepper::expect_motion()
 {

@@ -292,7 +292,7 @@ void add_probes(SolidBody& solid, int b, const std::string& name, const BodyStep
     solid.complete();
     const PressedNodes pressed = pressed_nodes(solid, b, step);
     std::vector<double> at_nodes; // pressures
-    // What a probe reports of a place or a set, in the order of kProbeFields; without stress where
+    // Values of a probe at a place or a set, in the order of kProbeFields; without stress where
     // there is none.
     const auto tell = [&](const ProbeInput& probe, auto&& add) {
         const Vec3 d = solid.probe_displacement(probe);
@@ -397,7 +397,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         const std::string name = (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
                                                  : system.refs[std::size_t(pairs[p].b)].name) +
                                  "_on_" + system.refs[std::size_t(pairs[p].a)].name;
-        // Of a solid and itself forces act on either side: their sum gives no information.
+        // Of a solid and itself forces act on either side: their sum is zero.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
         if (!itself) vector(name + "_force", "N", force[p]);
         out.push_back({name + "_contacts", "", closed[p]});

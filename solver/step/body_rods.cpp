@@ -128,7 +128,7 @@ bool BodyStepper::swings() const
 }
 
 /// The natural map of each contact at this motion, of the largest force (or load, or EI / length^2)
-/// in the scene; a gap of a radius counts as much as that force. Sets what the report states.
+/// in the scene; a gap of a radius counts as much as that force. Sets the values of the report.
 void BodyStepper::certify_rods(const Eigen::VectorXd& u)
 {
     double force = 0, radius = std::numeric_limits<double>::infinity();

@@ -443,7 +443,7 @@ RunSummary BodySimulation::conclude(const StepResult& last)
     s.finish();
     s.examine_forces();
     s.note_limits();
-    RunSummary whole = sum; // a run that continues states it at its own end
+    RunSummary whole = sum; // a run that continues adds its own
     for (std::size_t b = 0; b < s.limits.size(); ++b)
         if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
             whole.warnings.push_back(std::move(told));

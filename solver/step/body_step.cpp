@@ -194,7 +194,7 @@ void BodyStepper::mark_sliding()
 }
 
 /// Some contact that slid has stopped or turned back within the step, where the mean velocity
-/// states nothing of friction: the law of the end velocity is due.
+/// contains no friction: the law of the end velocity is due.
 bool BodyStepper::sliding_reversed()
 {
     bool some = false;
@@ -305,7 +305,7 @@ void BodyStepper::relax()
     const Eigen::VectorXd left = motion - made;
     for (std::size_t b = 0, first = 0; b < bodies(); ++b) {
         const auto own = Eigen::Index(y_[b].size() + mode_[b].size());
-        if (!body(b).nonlinear()) // of others the balance reports, where they are
+        if (!body(b).nonlinear()) // of others the balance shows where they are
             left_out_ = std::hypot(left_out_, left.segment(Eigen::Index(first), own).norm());
         first += std::size_t(own);
     }
@@ -511,7 +511,7 @@ bool BodyStepper::run()
 
     // ---- Acceptance: bodies, couplings, rows
     report_modes();
-    if (rods_only_) set_contact_forces(true); // their tangent reports stability
+    if (rods_only_) set_contact_forces(true); // their tangent shows stability
     const std::string toppling_body = toppling();
     fill_report();
     report_.lag = frozen_ ? lag_ : 0;

@@ -51,7 +51,7 @@ struct RodProblem {
     /// Where the matrix is not positive definite on the motions that contacts leave free, it is
     /// made so: towards stable balances, slower.
     bool guarded = false;
-    /// A shorter step is surer to lead on: states that do not fit soon are given up.
+    /// A shorter step is more likely to converge: states that do not fit soon are given up.
     bool hasty = false;
     const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: the answer is none
 };

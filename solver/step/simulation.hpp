@@ -52,7 +52,7 @@ struct BodyRecord {
     std::vector<Vec3> points;             ///< now [m]
     std::vector<std::array<std::int32_t, 3>> triangles;
     std::vector<Field> point_fields, cell_fields;
-    double stress_round_off = 0; ///< of a solid: a smaller stress gives no information [Pa]
+    double stress_round_off = 0; ///< of a solid: a smaller stress is rounding [Pa]
 };
 
 /// Result of one call of Simulation::step().

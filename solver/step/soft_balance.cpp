@@ -23,7 +23,7 @@ constexpr double kShare = 0.03;          // ... and of the walls' last error
 constexpr int kPatience = 12;            // looks with a tangent before another is made
 constexpr int kMostTangents = 3;         // made in one solve
 constexpr int kMostHalvings = 5;
-constexpr double kDependent = 1e-10; // differences that report nothing new
+constexpr double kDependent = 1e-10; // differences that add nothing new
 
 struct Past {
     Eigen::VectorXd offset, off, answer; ///< changes from one evaluation to the next [m], [N], [m]

@@ -18,7 +18,7 @@ struct SoftVessel {
 
 /// How far a linear wall has moved; 0 of a hyperelastic one, whose displacements may be large [m].
 double wall_motion(const SoftVessel& vessel);
-/// What to report of a linear wall that moved by a tenth of the lumen's radius or more; else "".
+/// Warning about a linear wall that moved by a tenth of the lumen's radius or more; else "".
 std::string wall_warning(const SoftVessel& vessel, double moved);
 
 /// The solids of a scene of beams.

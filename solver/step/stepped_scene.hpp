@@ -46,7 +46,7 @@ using SharedScene = std::shared_ptr<const SceneText>;
 SharedScene read_scene_text(std::string text, std::string file, std::vector<std::string> overrides);
 /// With more overrides; its walls are shared where they are the same. @throws InputError
 SharedScene change_scene(const SceneText& from, const std::vector<std::string>& more);
-/// What `amontons check --json` states: bodies are made, nothing is run. @throws InputError
+/// The JSON of `amontons check --json`: bodies are made, nothing is run. @throws InputError
 std::string check_scene(const SceneText& scene);
 
 /// A step's record as it is held: never changed, shared by all views of it.

@@ -17,7 +17,7 @@ struct GroupState {
     std::vector<std::vector<Reaction>> nested;
 };
 
-/// While it is there, solves of these groups examine `stop`.
+/// While it is there, solves of these groups check `stop`.
 class Listening {
 public:
     Listening(std::vector<WireGroup>& groups, const std::atomic<bool>& stop) : groups_(groups)

@@ -36,7 +36,7 @@ void assemble_viscous_pull(const Wire& wire, const ViscousPull& anchor, BlockTri
     }
 }
 
-/// Where soft walls were touched and by what: for the next examine them.
+/// Where soft walls were touched and by what: for the next evaluation of them.
 void keep_touches(Wire& wire, const NewtonWorkspace& w)
 {
     wire.state.wall_energy = 0;

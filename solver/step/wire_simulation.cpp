@@ -523,7 +523,7 @@ RunSummary WireSimulation::conclude(const StepResult& last)
     sum.message = last.message;
     s.finish(sum);
     s.note_walls();
-    RunSummary whole = sum; // a run that continues states it at its own end
+    RunSummary whole = sum; // a run that continues adds its own
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
         if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
             whole.warnings.push_back(std::move(told));

@@ -37,7 +37,7 @@ Json refusal(const std::string& status, const std::string& found, const std::str
              Json::array({{{"file", ""}, {"place", ""}, {"found", found}, {"allowed", allowed}}})}};
 }
 
-/// Of a scene's results: its file's name, or its folder's where that gives no information.
+/// Of a scene's results: its file's name, or its folder's where that name is generic.
 std::string name_of(const std::string& scene)
 {
     const std::filesystem::path path(scene);

@@ -355,7 +355,7 @@ TEST_CASE("the distance to a shape has the normal and the second derivative that
         }
         CHECK(compared > 100);
     }
-    // Triangles state what the box states, inside too.
+    // Triangles give the contacts of the box, inside too.
     for (int k = 0; k < 200; ++k) {
         const Vec3 x(some(random), some(random), some(random));
         std::int32_t near = -1;

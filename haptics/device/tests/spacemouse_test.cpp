@@ -18,7 +18,7 @@ using namespace amontons;
 
 namespace {
 
-/// What spacenavd states on its socket (protocol 1): packets of eight numbers, the first one the
+/// What spacenavd sends on its socket (protocol 1): packets of eight numbers, the first one the
 /// kind.
 class Daemon {
 public:
@@ -64,7 +64,7 @@ private:
     std::thread greeter_;
 };
 
-/// Reads once a millisecond, a second at most, until `there` is what the samples state.
+/// Reads once a millisecond, a second at most, until the samples are `there`.
 bool becomes(SpaceMouse& mouse, double& time, bool there)
 {
     for (int k = 0; k < 1000; ++k) {

@@ -284,7 +284,7 @@ TEST_CASE("constants that are negative or no numbers or do not fit each other ar
     CHECK(first({find_law("neo_hooke"), {1, -0.1}}).allowed == ">= 0 and <= 0.4999999");
     CHECK(first({find_law("st_venant_kirchhoff"), {1, nan}}).place == "/m/poisson_ratio");
     CHECK(issues_of({find_law("guccione"), {0, -1, 0, nan, -5}}, "", "").size() == 5);
-    // c2 alone resists a change of volume more than this ratio states.
+    // c2 alone resists a change of volume more than by this ratio.
     CHECK(first({find_law("mooney_rivlin"), {0.1, 0.4, 0.2}}).found == "0.2");
     CHECK(find_law("rubber") == nullptr);
 }

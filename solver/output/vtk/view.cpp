@@ -307,7 +307,7 @@ private:
         if (s.kind == ViewShape::solid) shown.mapper->SetScalarVisibility(!s.values.empty());
     }
 
-    /// One range and one table for all solids, and the bar that states what a colour means.
+    /// One range and one table for all solids, and its colour bar.
     void show_stress()
     {
         stress_table_->SetTableRange(0, stress_ > 0 ? stress_ : 1);

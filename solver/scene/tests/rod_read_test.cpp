@@ -262,7 +262,7 @@ TEST_CASE("bad rods are reported with their places")
     CHECK(has(bad_frame("\"length\": 2.4", "\"length\": 2.6"), "the length of the polyline"));
     CHECK(has(bad_frame("\"EI\": 1440", "\"EI\": 0"), "/segments/0/EI"));
     CHECK(has(bad_frame("{\"at\": [0, 1.2, 0]}", "{\"at\": [0, 0, 0]}"), "/shape/points/1"));
-    // A closed rod comes back to its first point, which need not be reported again.
+    // A closed rod comes back to its first point, which need not be given again.
     CHECK(has(bad_frame("\"points\": [", "\"closed\": true, \"points\": ["),
               "4.09705627 [m], the length of the polyline"));
     CHECK(has(bad_frame("\"points\": [{\"at\": [0, 0, 0]}, ", "\"closed\": true, \"points\": ["),

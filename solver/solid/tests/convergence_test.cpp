@@ -178,7 +178,7 @@ TEST_CASE("a thick tube of incompressible material does not lock with H8 and T10
               2 * compressible); // [regression] our own run
     CHECK(lame_error(ElementKind::T10, 8, 0.4999, with_internal_modes) <
           0.005); // [regression] our own run
-    // What locking resembles:
+    // Locking:
     CHECK(lame_error(ElementKind::H8, 8, 0.4999, without) > 0.5); // [regression] our own run
     CHECK(lame_error(ElementKind::T4, 8, 0.4999, with_internal_modes) >
           0.5); // [regression] our own run

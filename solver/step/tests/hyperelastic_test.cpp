@@ -261,7 +261,7 @@ TEST_CASE("a bar that is released swings: the midpoint rule keeps its energy and
             "time": {"kind": "dynamic", "step": 2e-3, "end": 0.1})");
     REQUIRE_MESSAGE(damped.summary.status == "done", damped.summary.message);
     const EnergyRecord& d = damped.records.back().energy;
-    CHECK(d.released > 0); // implicit Euler takes some, and states how much
+    CHECK(d.released > 0); // implicit Euler dissipates some, which is counted
     CHECK(std::abs(d.error()) < 1e-6 * d.work_absolute);
 }
 

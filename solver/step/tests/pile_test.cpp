@@ -66,7 +66,7 @@ TEST_CASE("a pile of 800 contacts gives the floor its weight less what its momen
 
 TEST_CASE("a pile with elastic bricks among rigid ones is solved at rest where its bricks are")
 {
-    // What the motions of the bodies themselves state, is in the certificate: a refusal if W is not
+    // The motions of the bodies themselves enter the certificate: a refusal if W is not
     // theirs.
     const Result r = run(pile(5, 4, 4, 3));
     REQUIRE(r.summary.message == "");

@@ -614,7 +614,7 @@ TEST_CASE("a block that lands, slides and rocks continues bit by bit after each 
 
 namespace {
 
-/// Asks for an end while a step is tried, not between two: after some more examines the flag.
+/// Asks for an end while a step is tried, not between two: after some more reads of the flag.
 struct StopWithin : StepObserver {
     std::int64_t at = 0;
     std::atomic<bool> stop{false};
@@ -637,7 +637,7 @@ struct StopWithin : StepObserver {
 
 TEST_CASE("a step that is interrupted leaves no mark in what is saved and reported")
 {
-    // Steps of some milliseconds, which end as a run in the background states.
+    // Steps of some milliseconds, which end when a run in the background does.
     const Scene read =
         parse_scene(fmt::format(R"({{"schema": 1, "bodies": {{{}, {}}}, {}, "contact": [
             {{"between": ["block", "floor"], "friction": 0.4}}], {}}})",

@@ -425,7 +425,7 @@ TEST_CASE("a rope over an elastic drum is drawn as a belt: exp(mu theta) at its 
           doctest::test_suite("slow"))
 {
     // It hangs a little off it, takes up 10 N at its end, some of it before the first step, and is
-    // drawn over it. It is never slack: then round-off would state where it lies.
+    // drawn over it. It is never slack: then round-off would determine where it lies.
     const double R = 0.05, r = 0.001, mu = 0.2;
     for (const auto& [element, off, first] : {std::tuple("H8", 2e-4, 0.02),
                                               {"T4", 2e-4, 0.02},
