@@ -317,11 +317,16 @@ class GymTest(Case):
         self.assertNotEqual(box, _spaces.Box(-1.0, 1.0, (3, 2)))
         whole = _spaces.Box(0, 3, (500,), np.uint8, seed=1).sample()
         self.assertEqual(set(whole.tolist()), {0, 1, 2, 3})
+        self.assertEqual(list(_spaces.Dict({"b": box, "a": box})), ["a", "b"])
         if not gym.HAS_GYMNASIUM:
             self.skipTest("lacks gymnasium: no check_env, no make")
         import gymnasium
         from gymnasium.utils.env_checker import check_env
-        np.testing.assert_array_equal(box.sample(), [gymnasium.spaces.Box(-1.0, 1.0, (2, 3), seed=1).sample() for _ in range(2)][1])
+        for ours, theirs in ((_spaces.Box(-1.0, 1.0, (2, 3), seed=1), gymnasium.spaces.Box(-1.0, 1.0, (2, 3), seed=1)),
+                             (_spaces.Dict({"b": _spaces.Box(0, 1, (2,)), "a": _spaces.Box(0, 1, (3,))}, seed=2),
+                              gymnasium.spaces.Dict({"b": gymnasium.spaces.Box(0, 1, (2,)), "a": gymnasium.spaces.Box(0, 1, (3,))}, seed=2))):
+            for _ in range(2):
+                np.testing.assert_equal(ours.sample(), theirs.sample())
         for name in gym.IDS:
             check_env(gymnasium.make(name).unwrapped, skip_render_check=True)
 

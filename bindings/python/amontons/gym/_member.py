@@ -33,7 +33,7 @@ class Options:
         parts = ALWAYS.get(observation, observation) if isinstance(observation, str) else tuple(observation)
         if isinstance(parts, str) or not parts or any(p not in PARTS for p in parts) or len(set(parts)) != len(parts):
             refuse("observation", repr(observation), '"image", "tracking", or some of ' + ", ".join(PARTS))
-        self.parts = tuple(p for p in PARTS if p in parts)
+        self.parts = tuple(sorted(parts))  # the order of gymnasium's Dict
         for name, value, least, most in (("image_size", image_size, 8, 4096), ("max_steps", max_steps, 1, 100000), ("max_failures", max_failures, 1, 10**9),
                                          ("episodes_between_arch_change", episodes_between_arch_change, 1, 10**9)):
             if isinstance(value, bool) or not isinstance(value, (int, np.integer)) or not least <= value <= most:

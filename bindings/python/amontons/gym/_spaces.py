@@ -63,19 +63,19 @@ class Box(Space):
 
 
 class Dict(Space):
-    """A dict with a space for each key."""
+    """A dict with a space for each key, in the order of the keys."""
 
     def __init__(self, spaces, seed=None):
-        self.spaces = dict(spaces)
+        self.spaces = dict(sorted(dict(spaces).items()))
         super().__init__(None, None, seed)
 
     def seed(self, seed=None):
-        """Seeds all; of one number each gets one of its own."""
-        sequence = np.random.SeedSequence(seed)
-        for space, child in zip(self.spaces.values(), sequence.generate_state(max(1, len(self.spaces)))):
-            space.seed(int(child))
-        self._np_random = np.random.Generator(np.random.PCG64(sequence))
-        return sequence.entropy
+        """Seeds all: of one number each gets one of its own. Returns them by key."""
+        if seed is None:
+            return {key: space.seed() for key, space in self.spaces.items()}
+        super().seed(seed)
+        own = self.np_random.integers(np.iinfo(np.int32).max, size=len(self.spaces))
+        return {key: space.seed(int(s)) for (key, space), s in zip(self.spaces.items(), own)}
 
     def sample(self):
         return {key: space.sample() for key, space in self.spaces.items()}
