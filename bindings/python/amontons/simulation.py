@@ -51,16 +51,22 @@ class Inputs:
     From then on the scene's curve of this drive no longer counts. Those that are not set follow it.
     """
 
-    def __init__(self, simulation):
+    def __init__(self, simulation, known):
         self._simulation = simulation
-        all = simulation.input_names()
-        self._number = {name: k for k, (name, *_) in enumerate(all)}
+        self._number, names, units, ranges = known
         #: All names, in the order of `values`.
-        self.names = tuple(self._number)
+        self.names = names
         #: Units, by name.
-        self.units = {name: unit for name, unit, *_ in all}
+        self.units = units
         #: (least, largest) value, by name.
-        self.ranges = {name: (lower, upper) for name, _, lower, upper in all}
+        self.ranges = ranges
+
+    @staticmethod
+    def _known(simulation):
+        """What does not change from one Inputs of a simulation to the next."""
+        all = simulation.input_names()
+        return ({name: k for k, (name, *_) in enumerate(all)}, tuple(name for name, *_ in all),
+                {name: unit for name, unit, *_ in all}, {name: (lower, upper) for name, _, lower, upper in all})
 
     def _of(self, name):
         number = self._number.get(name)
@@ -166,9 +172,10 @@ class Simulation(_native.Stepper):
     @property
     def inputs(self) -> Inputs:
         """Inputs: drives that can be led by hand."""
-        if "_inputs" not in self.__dict__:
-            self._inputs = Inputs(self)
-        return self._inputs
+        # An Inputs that is kept would keep the simulation: a cycle, and its memory until Python looks for cycles.
+        if "_known_inputs" not in self.__dict__:
+            self._known_inputs = Inputs._known(self)
+        return Inputs(self, self._known_inputs)
 
     @property
     def bodies(self) -> Mapping[str, _native.Body | _native.Beam]:
@@ -178,7 +185,7 @@ class Simulation(_native.Stepper):
     def set(self, path: str, value: Any) -> None:
         """Changes the scene between two steps. InputError, and nothing is changed, if the state does not fit then."""
         self.change(overrides({path: value}))
-        self.__dict__.pop("_inputs", None)
+        self.__dict__.pop("_known_inputs", None)
 
     def fork(self) -> Simulation:
         """A simulation of the same scene and state, with a future of its own."""
