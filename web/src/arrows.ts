@@ -71,6 +71,7 @@ export function arrowWords(now: Instant, arrows: Arrows, longest: number): strin
 export class ArrowMeshes {
   private readonly shafts: THREE.InstancedMesh;
   private readonly heads: THREE.InstancedMesh;
+  private readonly ghosts: THREE.InstancedMesh[];
   private readonly all: THREE.InstancedMesh[];
 
   constructor(scene: THREE.Scene) {
@@ -82,22 +83,28 @@ export class ArrowMeshes {
       depthTest: false,
       depthWrite: false,
     });
-    const shaft = new THREE.CylinderGeometry(1, 1, 1, 10).translate(0, 0.5, 0);
-    const head = new THREE.ConeGeometry(1, 1, 14).translate(0, -0.5, 0);
+    // Few triangles: hundreds of arrows cost more than the bodies where there is no GPU. The heads close the shafts.
+    const shaft = new THREE.CylinderGeometry(1, 1, 1, 6, 1, true).translate(0, 0.5, 0);
+    const head = new THREE.ConeGeometry(1, 1, 10).translate(0, -0.5, 0);
     this.shafts = new THREE.InstancedMesh(shaft, dark, kMostArrows);
     this.heads = new THREE.InstancedMesh(head, dark, kMostArrows);
-    const ghosts = [this.shafts, this.heads].map((m) => {
+    this.ghosts = [this.shafts, this.heads].map((m) => {
       const ghost = new THREE.InstancedMesh(m.geometry, faint, kMostArrows);
       ghost.instanceMatrix = m.instanceMatrix;
       ghost.renderOrder = 3;
       return ghost;
     });
-    this.all = [this.shafts, this.heads, ...ghosts];
+    this.all = [this.shafts, this.heads, ...this.ghosts];
     for (const m of this.all) {
       m.frustumCulled = false;
       m.count = 0;
       scene.add(m);
     }
+  }
+
+  /** Whether arrows are seen through bodies, too. */
+  set through(on: boolean) {
+    for (const m of this.ghosts) m.visible = on;
   }
 
   /** @param full  length of an arrow of the largest force [m] */

@@ -117,6 +117,7 @@ document.addEventListener("keydown", (e) => {
 });
 
 const kPlotPause = 100; // [ms]: a step may take less than a millisecond
+const kPlotPauseRunning = 500; // [ms]: without a GPU two plots cost as much as a view
 const kFirstColumns = ["push_force", "hand_force", "contacts", "certificate_error"];
 
 function refreshPlots() {
@@ -128,7 +129,7 @@ function refreshPlots() {
     plots[1].show(runs, ["device_from_handle", "contacts", "certificate_error"], difference);
     tellStatus();
   }
-  setTimeout(() => requestAnimationFrame(refreshPlots), kPlotPause);
+  setTimeout(() => requestAnimationFrame(refreshPlots), app.engine === "running" ? kPlotPauseRunning : kPlotPause);
 }
 
 /** A simulation that was there before this page: what it has written is what it has done. */

@@ -19,7 +19,7 @@ export class Plot {
   private time = 0;
   private key = "";
   private names = "";
-  private drawn = false; // its axes have their numbers
+  private readonly cursor = el("div", { class: "cursor", "aria-hidden": "true", hidden: true });
 
   constructor(
     label: string,
@@ -89,7 +89,6 @@ export class Plot {
     if (again || key !== this.key || !this.plot) {
       this.key = key;
       this.plot?.destroy();
-      this.drawn = false;
       const series: uPlot.Series[] = [{}];
       const names = this.runs.map((r) => r.name);
       if (this.difference && names.length === 2) names.push("difference");
@@ -107,8 +106,13 @@ export class Plot {
           ],
           series,
           hooks: {
-            draw: [(u) => ((this.drawn = true), this.drawCursor(u))],
-            ready: [(u) => u.over.addEventListener("click", () => this.seek(u.posToVal(u.cursor.left ?? 0, "x")))],
+            draw: [(u) => this.placeCursor(u)],
+            ready: [
+              (u) => {
+                u.over.append(this.cursor);
+                u.over.addEventListener("click", () => this.seek(u.posToVal(u.cursor.left ?? 0, "x")));
+              },
+            ],
           },
         },
         this.data(),
@@ -122,7 +126,7 @@ export class Plot {
 
   setTime(time: number) {
     this.time = time;
-    if (this.drawn) this.plot?.redraw(false);
+    if (this.plot) this.placeCursor(this.plot);
     this.tellValue();
   }
 
@@ -133,17 +137,11 @@ export class Plot {
     this.value.textContent = parts.join("; ") + (this.unit ? " " + this.unit : "");
   }
 
-  private drawCursor(u: uPlot) {
-    const x = u.valToPos(this.time, "x", true);
-    if (!Number.isFinite(x) || x < u.bbox.left - 1 || x > u.bbox.left + u.bbox.width + 1) return;
-    u.ctx.save();
-    u.ctx.strokeStyle = "#777";
-    u.ctx.setLineDash([3, 3]);
-    u.ctx.beginPath();
-    u.ctx.moveTo(x, u.bbox.top);
-    u.ctx.lineTo(x, u.bbox.top + u.bbox.height);
-    u.ctx.stroke();
-    u.ctx.restore();
+  /** A line above the curves: to move it costs no drawing of them. */
+  private placeCursor(u: uPlot) {
+    const x = u.valToPos(this.time, "x");
+    this.cursor.hidden = !(x >= -1 && x <= u.over.clientWidth + 1);
+    if (!this.cursor.hidden) this.cursor.style.transform = `translateX(${x}px)`;
   }
 
   /** The curves as a picture of lines. */

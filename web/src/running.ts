@@ -206,6 +206,21 @@ export const pace = { least: 30 }; // between two frames [ms]: at most 25 a seco
 let drawnAt = 0;
 export const counts = { steps: 0, instants: 0, unpacking: 0 }; // [ms]
 
+let waits = false;
+/** Draws the newest instant. Where drawing is slow (no GPU), instants are kept more often than they are drawn. */
+function drawSoon(newest: () => number) {
+  if (waits) return;
+  const left = app.engine === "running" ? 0.5 * views[0].cost - (performance.now() - drawnAt) : 0;
+  const draw = () => {
+    waits = false;
+    drawnAt = performance.now();
+    if (app.shown === app.live && app.following) void showMoment(newest());
+  };
+  waits = left > 0;
+  if (waits) setTimeout(draw, left);
+  else draw();
+}
+
 export async function pullFrames() {
   for (;;) {
     try {
@@ -226,14 +241,8 @@ export async function pullFrames() {
       counts.unpacking += performance.now() - begun;
       ++counts.instants;
       app.live.addInstant(instant);
-      // Where drawing is slow (no GPU), instants are kept more often than they are drawn: half of the time is
-      // left to whatever else the page does.
-      const now = performance.now();
-      const busy = app.engine === "running" && now - drawnAt < 1.3 * views[0].cost;
-      if (app.shown === app.live && app.following && !busy) {
-        drawnAt = now;
-        void showMoment(newest());
-      } else if (app.shown === app.live) listTimeline();
+      if (app.shown === app.live && app.following) drawSoon(newest);
+      else if (app.shown === app.live) listTimeline();
       await new Promise((r) => setTimeout(r, Math.max(1, pace.least - (performance.now() - asked))));
     } catch {
       if (app.ended) return;

@@ -1,7 +1,7 @@
 // Runs: the running one, those before it, and folders of results.
 
 import * as api from "./api";
-import { readPart, type Instant } from "./frames";
+import { readPart, type Body, type Instant } from "./frames";
 
 const kMostInstants = 400; // of a live run that are kept; then every second one is dropped
 const kMostCached = 60; // of a finished run
@@ -20,6 +20,7 @@ export class Run {
   scene: any = null;
   status = ""; // of a folder's manifest
   resumable = false; // the folder has a checkpoint, and its run has not ended
+  private readonly before = new Map<string, Body>(); // the body of a name that was read last
   constructor(
     public name: string,
     public readonly folder: string = "", // "": live
@@ -70,6 +71,7 @@ export class Run {
           if ("contacts" in part) Object.assign(instant, part);
           else {
             if (this.scene?.bodies?.[name]?.kind === "obstacle") part.kind = "wall";
+            this.shareWithBefore(part);
             instant.bodies.push(part);
           }
         }),
@@ -82,6 +84,16 @@ export class Run {
         if (old !== m) old.instant = undefined;
     }
     return m.instant;
+  }
+
+  /** What is the same in every file is one array: what stands still is neither kept nor drawn anew. */
+  private shareWithBefore(part: Body) {
+    const before = this.before.get(part.name);
+    const same = (a: Float32Array | Uint32Array, b: Float32Array | Uint32Array) =>
+      a.length === b.length && a.every((x: number, i: number) => x === b[i]);
+    if (before && same(before.triangles, part.triangles)) part.triangles = before.triangles;
+    if (before && same(before.points, part.points)) part.points = before.points;
+    this.before.set(part.name, part);
   }
 
   /** Forces of files are on the first body of a pair; shown are those on the wall that a wire touches, as live. */

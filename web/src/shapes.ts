@@ -91,3 +91,29 @@ export function tube(line: Float32Array, radius: Float32Array | undefined, thinn
   }
   return { points, triangles: Uint32Array.from(out) };
 }
+
+/**
+ * A surface of fewer triangles between some of the same points: of those in a cell of a grid the first one stands for
+ * all. Cells are as wide as `most` triangles of equal size would make them.
+ */
+export function fewerTriangles(points: Float32Array, triangles: Uint32Array, most: number): Uint32Array {
+  const [a, b, c] = [new THREE.Vector3(), new THREE.Vector3(), new THREE.Vector3()];
+  let area = 0;
+  for (let t = 0; t < triangles.length; t += 3) {
+    [a, b, c].forEach((v, k) => v.fromArray(points, 3 * triangles[t + k]));
+    area += 0.5 * b.sub(a).cross(c.sub(a)).length();
+  }
+  const cell = Math.sqrt((2 * area) / most);
+  const first = new Map<string, number>();
+  const standsFor = Uint32Array.from({ length: points.length / 3 }, (_, i) => {
+    const key = [0, 1, 2].map((k) => Math.floor(points[3 * i + k] / cell)).join();
+    if (!first.has(key)) first.set(key, i);
+    return first.get(key)!;
+  });
+  const out: number[] = [];
+  for (let t = 0; t < triangles.length; t += 3) {
+    const [i, j, k] = [0, 1, 2].map((n) => standsFor[triangles[t + n]]);
+    if (i !== j && j !== k && k !== i) out.push(i, j, k);
+  }
+  return Uint32Array.from(out);
+}

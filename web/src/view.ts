@@ -8,7 +8,7 @@ import { ArrowMeshes, arrowsOf, arrowWords } from "./arrows";
 import { seenTriangles } from "./seen_triangles";
 import { XrayFilm } from "./xray_film";
 import { kPlain, shortNumber, viridis } from "./colours";
-import { kSides, outwards, sharpEdges, tube } from "./shapes";
+import { fewerTriangles, kSides, outwards, sharpEdges, tube } from "./shapes";
 import { drawAxes, drawBar, drawCross, drawHand, drawMeasure, drawOutline, drawScale, label } from "./overlay";
 import { CutFaces } from "./cut_faces";
 import type { Health } from "./state";
@@ -35,7 +35,9 @@ interface Drawn {
   body: Body;
   mesh: THREE.Mesh<THREE.BufferGeometry, THREE.Material>;
   geometry: THREE.BufferGeometry;
+  few: THREE.BufferGeometry | null; // of fewer triangles between the same points
   triangles: Uint32Array;
+  seen: unknown[]; // what its points and colours were made of
 }
 
 /** Colours as the light of the screen is added up. */
@@ -53,7 +55,8 @@ export interface Place {
 
 const kTissue = 1.2; // attenuation of a solid or vessel as thick as a third of the scene
 const kInk = "#1b1f24";
-const kSlow = 60; // of a drawing [ms]: from then on fewer points are drawn while things move
+const kSlow = 40; // of a drawing [ms]: from then on fewer points and triangles are drawn while things move
+const kFew = 4000; // triangles of a body then
 
 export class View {
   readonly canvas = document.createElement("canvas");
@@ -88,6 +91,7 @@ export class View {
   private bar: { name: string; unit: string; range: [number, number] } | null = null;
 
   private coarse = false; // drawn with fewer points
+  private readonly software: boolean; // there is no GPU
   private readonly film = new XrayFilm();
   private readonly arrows = new ArrowMeshes(this.scene);
   private readonly cutPlane = new THREE.Plane(new THREE.Vector3(1, 0, 0), 0);
@@ -112,6 +116,10 @@ export class View {
       stencil: true, // for the faces of a cut
     });
     this.renderer.localClippingEnabled = true;
+    const gl = this.renderer.getContext();
+    const info = gl.getExtension("WEBGL_debug_renderer_info");
+    const name = String(gl.getParameter(info ? info.UNMASKED_RENDERER_WEBGL : gl.RENDERER));
+    this.software = /swiftshader|llvmpipe|softpipe|software/i.test(name);
     this.cutFaces = new CutFaces(this.scene, this.cutPlane);
     this.renderer.setClearColor(0xffffff);
     this.renderer.autoClear = false;
@@ -252,10 +260,7 @@ export class View {
     const there = new Set(now?.bodies.map((b) => b.name));
     for (const [name, d] of this.drawn)
       if (!there.has(name)) {
-        d.mesh.removeFromParent();
-        d.edges.removeFromParent();
-        d.geometry.dispose();
-        this.cutFaces.remove(name);
+        this.free(d);
         this.drawn.delete(name);
       }
     this.bar = null;
@@ -334,6 +339,29 @@ export class View {
     return flat ? null : range;
   }
 
+  private free(d: Drawn) {
+    d.mesh.removeFromParent();
+    d.edges.removeFromParent();
+    d.geometry.dispose();
+    d.few?.dispose();
+    this.cutFaces.remove(d.body.name);
+  }
+
+  /** Where drawing is slow and things move, bodies of many triangles are drawn with fewer. */
+  private chooseTriangles(few: boolean) {
+    for (const d of this.drawn.values()) {
+      const many = d.body.kind !== "wire" && d.geometry.index!.count > 6 * kFew;
+      if (few && many && !d.few) {
+        d.few = new THREE.BufferGeometry();
+        d.few.setIndex(
+          new THREE.BufferAttribute(fewerTriangles(d.body.points, d.geometry.index!.array as Uint32Array, kFew), 1),
+        );
+      }
+      if (few && d.few) d.few.attributes = d.geometry.attributes;
+      d.mesh.geometry = few && d.few ? d.few : d.geometry;
+    }
+  }
+
   private updateBody(b: Body, index: number, range: [number, number] | null) {
     let points = b.points;
     let triangles = b.triangles;
@@ -342,10 +370,7 @@ export class View {
     let d = this.drawn.get(b.name);
     const same = d && d.triangles.length === triangles.length && d.geometry.attributes.position.count === points.length / 3;
     if (!d || !same || (b.kind !== "wire" && d.triangles !== b.triangles)) {
-      d?.mesh.removeFromParent();
-      d?.edges.removeFromParent();
-      d?.geometry.dispose();
-      this.cutFaces.remove(b.name);
+      if (d) this.free(d);
       const geometry = new THREE.BufferGeometry();
       geometry.setAttribute("position", new THREE.BufferAttribute(points.slice(), 3));
       geometry.setAttribute("color", new THREE.BufferAttribute(new Float32Array(points.length), 3));
@@ -359,28 +384,22 @@ export class View {
       const edges = new THREE.LineSegments(lines, new THREE.LineBasicMaterial({ color: 0x1b1f24 }));
       edges.frustumCulled = false;
       this.scene.add(edges);
-      d = { edges, body: b, mesh, geometry, triangles: b.kind === "wire" ? triangles : b.triangles };
+      d = { edges, body: b, mesh, geometry, few: null, triangles: b.kind === "wire" ? triangles : b.triangles, seen: [] };
       this.drawn.set(b.name, d);
-    } else {
-      (d.geometry.attributes.position.array as Float32Array).set(points);
-      d.geometry.attributes.position.needsUpdate = true;
     }
     d.body = b;
     const smooth = b.kind === "wire" || b.kind === "wall";
-    if (smooth) d.geometry.computeVertexNormals();
     const field = range ? this.fieldOf(b) : undefined;
-    const colours = d.geometry.attributes.color.array as Float32Array;
     const plain = b.kind === "wire" ? kWire : kLinearPlain[index % kPlain.length];
-    const each = b.kind === "wire" ? kSides : 1;
-    for (let i = 0; i < colours.length / 3; ++i) {
-      const at = b.kind === "wire" ? Math.min((field?.values.length ?? 1) - 1, Math.floor(i / each)) : i;
-      const x = field ? (field.values[at] - range![0]) / (range![1] - range![0]) : 0;
-      const c = field ? kMap[Math.round(1023 * Math.min(1, Math.max(0, x)))] : plain;
-      colours[3 * i] = c[0];
-      colours[3 * i + 1] = c[1];
-      colours[3 * i + 2] = c[2];
+    // What stands still is not sent to the screen's memory again: a vessel is most of a scene.
+    const seen = [b.points, b.radius, this.size, xray, smooth, plain, field?.values, ...(field ? range! : [])];
+    if (seen.length !== d.seen.length || seen.some((x, i) => x !== d.seen[i])) {
+      d.seen = seen;
+      (d.geometry.attributes.position.array as Float32Array).set(points);
+      d.geometry.attributes.position.needsUpdate = true;
+      if (smooth) d.geometry.computeVertexNormals();
+      this.paint(d, field, range, plain);
     }
-    d.geometry.attributes.color.needsUpdate = true;
     const mode = this.modeOf(b.name);
     const parent = mode === "xray" ? this.film.scene : this.scene;
     // A colour that means a number is that of the bar, whatever light falls on it.
@@ -403,6 +422,7 @@ export class View {
               transparent: mode === "transparent" || (b.kind === "wall" && mode === "normal"),
               opacity: mode === "transparent" ? 0.35 : b.kind === "wall" && mode === "normal" ? 0.25 : 1,
               depthWrite: mode === "wire" || (mode === "normal" && b.kind !== "wall"),
+              forceSinglePass: b.kind === "wall", // its far side and its near one are of one colour
               clippingPlanes,
               polygonOffset: true,
               polygonOffsetFactor: 1,
@@ -418,6 +438,20 @@ export class View {
     const full = (b.kind === "solid" || b.kind === "rigid") && mode === "normal" && d.mesh.visible;
     if (clippingPlanes && full) this.cutFaces.show(b.name, d.geometry, this.size, plain);
     else this.cutFaces.hide(b.name);
+  }
+
+  private paint(d: Drawn, field: Field | undefined, range: [number, number] | null, plain: readonly number[]) {
+    const colours = d.geometry.attributes.color.array as Float32Array;
+    const wire = d.body.kind === "wire";
+    for (let i = 0; i < colours.length / 3; ++i) {
+      const at = wire ? Math.min((field?.values.length ?? 1) - 1, Math.floor(i / kSides)) : i;
+      const x = field ? (field.values[at] - range![0]) / (range![1] - range![0]) : 0;
+      const c = field ? kMap[Math.round(1023 * Math.min(1, Math.max(0, x)))] : plain;
+      colours[3 * i] = c[0];
+      colours[3 * i + 1] = c[1];
+      colours[3 * i + 2] = c[2];
+    }
+    d.geometry.attributes.color.needsUpdate = true;
   }
 
   private updateArrows(now: Instant) {
@@ -453,8 +487,11 @@ export class View {
     const height = Math.max(1, this.element.clientHeight);
     const ratio = Math.min(2, window.devicePixelRatio || 1);
     // Once slow, with fewer points until things stand still: sizes that change cost more than they save.
-    this.coarse = this.hurried && (this.coarse || this.cost > kSlow);
-    const fine = exact || !this.coarse ? ratio : 0.5 * ratio;
+    this.coarse = this.hurried && !exact && (this.coarse || this.cost > kSlow);
+    const few = this.coarse || (this.software && this.hurried && !exact);
+    this.chooseTriangles(few);
+    this.arrows.through = !few;
+    const fine = this.coarse ? 0.5 * ratio : ratio;
     if (this.canvas.width !== Math.floor(width * fine) || this.canvas.height !== Math.floor(height * fine)) {
       this.renderer.setPixelRatio(fine);
       this.renderer.setSize(width, height, false);
@@ -480,7 +517,7 @@ export class View {
 
   /** Scale bar, colour bar, axes and what the arrows mean; the same in every picture that leaves the page. */
   private drawOverlay(width: number, height: number, ratio: number) {
-    const g = this.overlay.getContext("2d")!;
+    const g = this.overlay.getContext("2d", { willReadFrequently: true })!;
     g.setTransform(ratio, 0, 0, ratio, 0, 0);
     g.clearRect(0, 0, width, height);
     g.font = "12px system-ui, sans-serif";
@@ -520,6 +557,7 @@ export class View {
 
   /** What is below a place of the canvas [pixels]. @param solid  solids alone count; the others let through */
   pick(x: number, y: number, solid: boolean): ({ body: Body; point: [number, number, number] } & Place) | null {
+    for (const d of this.drawn.values()) d.mesh.geometry = d.geometry;
     const ray = new THREE.Raycaster();
     ray.setFromCamera(this.normalised(x, y), this.camera);
     // An orthographic ray begins in the camera's plane; bodies may lie behind it.
