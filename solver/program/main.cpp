@@ -108,6 +108,16 @@ void keep_memory()
 #endif
 }
 
+/// The server of studio hands on frames of megabytes by many threads and computes nothing: what it
+/// frees is given back to the system.
+void give_back_memory()
+{
+#ifdef __GLIBC__
+    mallopt(M_ARENA_MAX, 2);
+    mallopt(M_MMAP_THRESHOLD, 128 << 10); // it would grow with the frames
+#endif
+}
+
 /// OpenBLAS, when it is loaded, starts a thread for each processor, and idle ones spin for a while:
 /// a tenth of a second of processor time in a run that uses one. BlasThreads starts those that are
 /// asked for.
@@ -121,11 +131,15 @@ void no_idle_blas_threads()
 int main(int argc, char** argv)
 {
     hold_standard_streams();
-    for (int i = 1; i < argc; ++i) // a run leaves a folder that --resume understands, however early
-        if (std::string_view(argv[i]) == "run" || std::string_view(argv[i]) == "serve" ||
-            std::string_view(argv[i]) == "studio")
-            stop_on_interrupt();
-    keep_memory();
+    const auto is_named = [&](std::string_view command) {
+        return std::any_of(argv, argv + argc, [&](const char* a) { return command == a; });
+    };
+    // A run leaves a folder that --resume understands, however early it is interrupted.
+    if (is_named("run") || is_named("serve") || is_named("studio")) stop_on_interrupt();
+    if (is_named("studio"))
+        give_back_memory();
+    else
+        keep_memory();
     no_idle_blas_threads();
     std::signal(SIGXFSZ, SIG_IGN); // a full quota is an error of write(2), not an end
     std::signal(SIGPIPE, SIG_IGN);

@@ -227,10 +227,13 @@ class StudioTest(unittest.TestCase):
         s = self.begin()
         idle = [socket.create_connection(("127.0.0.1", s.port)) for _ in range(40)]
         try:
+            most, until = 0, time.monotonic() + 20  # on a busy machine they are taken late
+            while most <= 16 and time.monotonic() < until:
+                time.sleep(0.05)
+                most = max(most, len(os.listdir(f"/proc/{s.process.pid}/task")))
+            self.assertGreater(most, 16)  # the bound, and not another one, is what is found
             time.sleep(0.3)
-            threads = len(os.listdir(f"/proc/{s.process.pid}/task"))
-            self.assertLessEqual(threads, 16 + 4)
-            self.assertGreater(threads, 16)  # the bound, and not another one, is what was found
+            self.assertLessEqual(len(os.listdir(f"/proc/{s.process.pid}/task")), 16 + 4)
             # The silent ones are closed, some at a time, and who asks is answered.
             self.assertEqual(s.ask("GET", "/api/state", timeout=60)[0], 200)
         finally:

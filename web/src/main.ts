@@ -125,7 +125,8 @@ function refreshPlots() {
     app.changedRows = false;
     const runs = app.other && app.other !== app.shown ? [app.shown, app.other] : [app.shown];
     const force = [...app.shown.columns.keys()].find((c) => /_force_z$/.test(c) && !c.startsWith("hand")) ?? "";
-    plots[0].show(runs, [force, ...kFirstColumns], difference);
+    const push = [...app.shown.columns.keys()].find((c) => /_push_force$/.test(c)) ?? "";
+    plots[0].show(runs, [force, push, ...kFirstColumns], difference);
     plots[1].show(runs, ["device_from_handle", "contacts", "certificate_error"], difference);
     tellStatus();
   }

@@ -172,7 +172,7 @@ class Simulation(_native.Stepper):
     @property
     def inputs(self) -> Inputs:
         """Inputs: drives that can be led by hand."""
-        # An Inputs that is kept would keep the simulation: a cycle, and its memory until Python looks for cycles.
+        # An Inputs that is kept would keep the simulation: a cycle, and its memory until Python searches for cycles.
         if "_known_inputs" not in self.__dict__:
             self._known_inputs = Inputs._known(self)
         return Inputs(self, self._known_inputs)
