@@ -7,12 +7,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <condition_variable>
 #include <cstdio>
 #include <deque>
 #include <filesystem>
 #include <future>
 #include <limits>
 #include <mutex>
+#include <thread>
 #include <unordered_map>
 #include <utility>
 
@@ -84,6 +86,8 @@ struct DistanceField::Shared {
     std::string path; // of the file of samples, or ""
     std::vector<std::string> messages;
     bool sampled = false; // since the file was read
+    std::vector<Key> expected; // blocks that will probably be asked for, the latest last
+    std::condition_variable_any wake;
 
     struct Wanted {
         Key key;
@@ -132,8 +136,50 @@ struct DistanceField::Shared {
         return found;
     }
 
+    /// The samples around the blocks that are expected, taken one brick after the other while the
+    /// views go on: the bits are those that the views would take.
+    void sample_ahead(const std::stop_token& stop, const Vec3& origin, const Mat3& edges)
+    {
+        std::unique_lock lock(mutex);
+        while (wake.wait(lock, stop, [&] { return !expected.empty(); })) {
+            const Key block = expected.back();
+            expected.pop_back();
+            for (int n = 0; n < 27 && !stop.stop_requested(); ++n) {
+                const Key key{block.x - 1 + n / 9, block.y - 1 + n / 3 % 3, block.z - 1 + n % 3};
+                if (bricks.contains(key)) continue;
+                lock.unlock();
+                auto brick = std::make_unique<Brick>();
+                const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
+                                 static_cast<double>(key.z)};
+                source->sample_cube(origin + kBrick * (edges * first), edges, kBrick,
+                                    brick->data());
+                lock.lock();
+                bricks.try_emplace(key, std::move(brick));
+                sampled = true;
+            }
+        }
+    }
+
+    /// Who comes from the block `before` to a new one probably continues.
+    void expect_beyond(const Key& key, const Key& before, const Vec3& origin, const Mat3& edges)
+    {
+        constexpr std::int32_t kFarStep = 1; // blocks: farther ones are not on the way
+        const Key way{key.x - before.x, key.y - before.y, key.z - before.z};
+        if (std::max({std::abs(way.x), std::abs(way.y), std::abs(way.z)}) > kFarStep) return;
+        const Key next{key.x + way.x, key.y + way.y, key.z + way.z};
+        if (blocks.contains(next) || bricks.size() > kMostBricks) return;
+        expected.push_back(next);
+        if (!ahead.joinable())
+            ahead = std::jthread([this, origin, edges](const std::stop_token& stop) {
+                sample_ahead(stop, origin, edges);
+            });
+        wake.notify_one();
+    }
+
     /// A block, filled if no view has asked for it yet. Views wait for each other here.
-    std::shared_ptr<const Block> block(const Key& key, const Vec3& origin, const Mat3& edges)
+    /// @param before  where the point was that asks for it, or nullptr
+    std::shared_ptr<const Block> block(const Key& key, const Key* before, const Vec3& origin,
+                                       const Mat3& edges)
     {
         const std::lock_guard lock(mutex);
         if (const auto found = blocks.find(key); found != blocks.end()) return found->second;
@@ -144,6 +190,7 @@ struct DistanceField::Shared {
         std::shared_ptr<const Block> made = fill(key, origin, edges);
         blocks.emplace(key, made);
         order.push_back(key);
+        if (threads > 1 && before) expect_beyond(key, *before, origin, edges);
         return made;
     }
 
@@ -186,6 +233,8 @@ struct DistanceField::Shared {
                 std::copy_n(&b[static_cast<std::size_t>(i * sx + j * sy + first)], kRow, c);
         return made;
     }
+
+    std::jthread ahead; // the last: it ends before what it uses
 };
 
 struct DistanceField::Cache {
@@ -288,12 +337,15 @@ const double* DistanceField::cell_(const Vec3& x, WallHint& hint, Vec3& fraction
         fraction[a] = u - down;
     }
     const Key key{cell[0] >> 2, cell[1] >> 2, cell[2] >> 2};
-    if (hint.piece < 0 || static_cast<std::size_t>(hint.piece) >= cache_->blocks.size() ||
-        !(cache_->blocks[static_cast<std::size_t>(hint.piece)]->key == key)) {
+    const bool known =
+        hint.piece >= 0 && static_cast<std::size_t>(hint.piece) < cache_->blocks.size();
+    const Key* before =
+        known ? &cache_->blocks[static_cast<std::size_t>(hint.piece)]->key : nullptr;
+    if (!before || !(*before == key)) {
         const auto found = cache_->index.find(key);
         hint.piece = found != cache_->index.end()
                          ? found->second
-                         : cache_->take(shared_->block(key, origin_, spacing_ * axes_));
+                         : cache_->take(shared_->block(key, before, origin_, spacing_ * axes_));
     }
     const Block& block = *cache_->blocks[static_cast<std::size_t>(hint.piece)];
     return &block.c[static_cast<std::size_t>(

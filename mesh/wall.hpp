@@ -55,8 +55,9 @@ public:
     /// from it; of a tube by the piece of the hint. -infinity where there is nothing cheaper.
     double clearance(const Vec3& x, WallHint& hint) const;
 
-    /// Samples of a sampled wall are taken by so many threads (the same bits for any number), and
-    /// read from a folder where an earlier run has left them; "": none.
+    /// Samples of a sampled wall are taken by so many threads (the same bits for any number), with
+    /// more than one also ahead of points that move, and read from a folder where an earlier run
+    /// has left them; "": none.
     void prepare(const std::string& cache, int threads);
     /// Leaves them there. A wall in closed form has none.
     /// @return  a line for each file that was read, written, ignored or not to be written, and why

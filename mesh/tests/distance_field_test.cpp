@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <atomic>
+#include <chrono>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <filesystem>
@@ -291,6 +292,35 @@ TEST_CASE("threads and samples that an earlier run has left change no bit of an 
     CHECK(damaged == alone);
     REQUIRE(wall.keep().size() >= 1);
     CHECK(wall.keep()[0].find("ignored: damaged") != std::string::npos);
+}
+
+TEST_CASE("with more threads than one, samples are taken ahead of a point that moves; the bits stay")
+{
+    const auto along = [](const DistanceField& wall, double to) {
+        std::vector<double> found;
+        WallHint hint;
+        for (int k = 0; 0.02 * k <= to; ++k)
+            found.push_back(wall.distance({0.02 * k, 0.3, -0.1}, hint));
+        return found;
+    };
+    std::atomic<int> one{0}, two{0};
+    const auto made = [](std::atomic<int>& bricks, int threads) {
+        DistanceField wall{std::make_unique<CountedSource>(bricks), Vec3{0.01, 0.02, 0.03}, 0.1};
+        wall.prepare("", threads);
+        return wall;
+    };
+    const DistanceField alone = made(one, 1), helped = made(two, 2);
+    CHECK(along(alone, 2) == along(helped, 2));
+    const auto until = std::chrono::steady_clock::now() + std::chrono::seconds(20);
+    while (two <= one && std::chrono::steady_clock::now() < until)
+        std::this_thread::sleep_for(std::chrono::milliseconds(1));
+    CHECK(two > one); // of the block beyond the last one
+    CHECK(along(alone, 6) == along(helped, 6));
+    { // ends while it samples
+        std::atomic<int> some{0};
+        const DistanceField wall = made(some, 2);
+        along(wall, 1);
+    }
 }
 
 TEST_CASE("files of samples that are cut off, longer, or of something else are not taken")
