@@ -328,12 +328,14 @@ std::vector<CurvePlace> stations(const Curve& curve, double spacing)
 
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
-                   std::span<const std::int64_t> known, std::vector<CurveContact>& out)
+                   std::span<const std::int64_t> known, std::vector<CurveContact>& out,
+                   std::size_t first, std::vector<SeenDistance>* seen)
 {
     // ---- Distance and contact at a place
     struct Found {
         WallSample wall;
         double gap;
+        bool bound = false; // the gap is no less than this
     };
     const auto look = [&](const CurvePlace& p) {
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
@@ -356,22 +358,43 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
     };
 
     // ---- Stations
-    std::vector<Found> at;
-    for (const CurvePlace& p : stations)
-        at.push_back(look(p));
-    for (std::size_t i = 0; i < stations.size(); ++i)
+    std::vector<Found> at(stations.size());
+    if (seen) seen->resize(stations.size());
+    const auto look_at = [&](std::size_t i) {
+        at[i] = look(stations[i]);
+        if (!seen) return;
+        const CurvePlace& p = stations[i];
+        (*seen)[i] = {a.pieces[std::size_t(p.piece)].at(p.t), at[i].wall.distance};
+    };
+    for (std::size_t i = first; i < stations.size(); ++i) {
+        if (seen) {
+            const SeenDistance& s = (*seen)[i];
+            const CurvePiece& piece = a.pieces[std::size_t(stations[i].piece)];
+            at[i].gap =
+                s.distance - kSteepestWall * (piece.at(stations[i].t) - s.at).norm() - piece.radius;
+            at[i].bound = at[i].gap > reach;
+        }
+        if (!at[i].bound) look_at(i);
+    }
+    for (std::size_t i = first; i < stations.size(); ++i)
         if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
 
     // ---- Places of least distance between stations
     // Between two stations: where the distance stops falling and begins to grow.
     const std::size_t between = a.closed ? stations.size() : stations.size() - 1; // of one: none
-    for (std::size_t i = 0; i < between; ++i) {
+    for (std::size_t i = first; i < between; ++i) {
         const CurvePlace p = stations[i], next = stations[(i + 1) % stations.size()];
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
         const double end = next.piece == p.piece && next.t > p.t ? next.t : 1;
         const Found &f0 = at[i], &f1 = at[(i + 1) % stations.size()];
         const double length = (piece.at(end) - piece.at(p.t)).norm();
-        if (0.5 * (f0.gap + f1.gap - 1.1 * length) > reach) continue;
+        const auto apart = [&] { return 0.5 * (f0.gap + f1.gap - 1.1 * length) > reach; };
+        if (apart()) continue;
+        if (f0.bound || f1.bound) {
+            if (f0.bound) look_at(i);
+            if (f1.bound) look_at((i + 1) % stations.size());
+            if (apart()) continue;
+        }
         const auto slope = [&](double t, Found& f) {
             f = look({p.piece, t});
             return f.wall.normal.dot(piece.slope(t));

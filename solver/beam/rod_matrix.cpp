@@ -66,9 +66,9 @@ void RodMatrix::scale(double by)
     block(last_with_first);
 }
 
-int RodMatrix::factor()
+int RodMatrix::factor(int first)
 {
-    if (!closed_) return factors_.factor(chain, 0);
+    if (!closed_) return factors_.factor(chain, first);
     int negative = factors_.factor(chain, 1);
     const std::size_t n = std::size_t(chain.size());
     Z_.assign(6, std::vector<Node6>(n, Node6{}));

@@ -31,8 +31,9 @@ public:
     /// Multiplies all blocks.
     void scale(double by);
     /// Factors what stands in the blocks.
+    /// @param first  of a rod that is not closed: nodes before it take no part
     /// @return  number of negative eigenvalues, of a symmetric matrix
-    int factor();
+    int factor(int first = 0);
     /// Solves in place with the last factors.
     void solve(std::vector<Node6>& x) const;
     /// out = A x

@@ -1,5 +1,6 @@
 #pragma once
 
+#include "contact/curve/curve_contact.hpp"
 #include "mesh/wall.hpp"
 #include "solver/beam/wire_place.hpp"
 
@@ -33,10 +34,6 @@ struct WireWall {
     std::vector<double> friction; ///< at each contact point of the wire [-]
     std::vector<double> friction_of_segment; ///< what those are made from
 };
-
-/// A distance changes no faster than this times the way of its point; 1 where it is exact, a
-/// sampled one overshoots beside creases (a patient's coarse aorta: 1.17 in one of 1000 places).
-constexpr double kSteepestWall = 1.25;
 
 /// What detection remembers of a point and a wall, so as not to ask the wall again before the
 /// point can have come near.

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -248,6 +249,7 @@ std::vector<std::string> RodBody::free_motions() const
 void RodBody::begin(const StepInput& step)
 {
     step_ = step;
+    whole_matrix_ = false;
     if (material_) begin_at_sheath();
     now_ = state_;
     expected_.clear();
@@ -269,11 +271,18 @@ bool RodBody::reset_to_start()
 
 void RodBody::forces(const Motion& m, double t, std::vector<Node6>& inner, std::vector<Node6>& load)
 {
+    whole_matrix_ = false;
     K_.set_zero();
     inner.assign(m.nodes.size(), Node6{});
     load.assign(m.nodes.size(), Node6{});
     add_rod_elements(rod_, m.nodes, kind_, K_, inner, material_ ? sheath_.node : 0);
     add_loads(m, t, load, &K_);
+}
+
+/// The same at the iterate, into inner_ and load_, where imbalance() has not left it there.
+void RodBody::forces_at_iterate()
+{
+    if (!std::exchange(whole_matrix_, false)) forces(now_, step_.end(), inner_, load_);
 }
 
 /// Takes what is held from the matrix.
@@ -286,7 +295,8 @@ void RodBody::hold_matrix(RodMatrix& A) const
         const Mat6& P = h.free;
         Block6& d = A.chain.diagonal(h.node);
         const Mat6 own = dense(d);
-        Mat6 left = P * own * P;
+        Mat6 left = Mat6::Zero();
+        if (!P.isZero(0)) left = P * own * P;
         // The diagonal of what never moves: of the size of its own.
         Mat6 scale = Mat6::Zero();
         for (int k = 0; k < 6; ++k)
@@ -302,6 +312,11 @@ void RodBody::hold_matrix(RodMatrix& A) const
             mean(own.bottomRightCorner<3, 3>(), 4));
         left += (Mat6::Identity() - P) * scale * (Mat6::Identity() - P);
         set_block(d, left);
+        if (!rod_.closed && P.isZero(0)) {
+            if (h.node + 1 < n) A.chain.upper(h.node) = A.chain.lower(h.node) = Block6{};
+            if (h.node > 0) A.chain.upper(h.node - 1) = A.chain.lower(h.node - 1) = Block6{};
+            continue;
+        }
         if (h.node + 1 < n) {
             rows(A.chain.upper(h.node), P);
             columns(A.chain.lower(h.node), P);
@@ -334,7 +349,7 @@ void RodBody::linearise()
     if (step_.dynamic) {
         dynamic_residual();
     } else {
-        forces(now_, step_.end(), inner_, load_);
+        forces_at_iterate();
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
         add_viscous_pull();
@@ -357,7 +372,7 @@ void RodBody::linearise()
         if (gives_in_sheath()) stiffness_at_sheath(b);
     }
     hold_matrix(K_);
-    negative_ = K_.factor();
+    negative_ = K_.factor(first_outside());
     free_change_ = solve(rest) + move;
     right_ = projected(rest);
     prescribed_ = std::move(move);
@@ -413,6 +428,7 @@ double RodBody::imbalance(const Eigen::VectorXd& force)
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
+        whole_matrix_ = drag() == 0;
         if (out_of_sheath()) balance_at_sheath(sheath_balance(false), {}, residual_);
     }
     Eigen::VectorXd missing = residual_;
@@ -476,12 +492,12 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         e.dissipated = end_memory();
     } else { // the tangent of what is accepted, not of the iterate before: it shows stability
         e.dissipated = taken_by_drag();
-        forces(now_, step_.end(), inner_, load_);
+        forces_at_iterate();
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);
         if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(true));
         hold_matrix(K_);
-        negative_ = K_.factor();
+        negative_ = K_.factor(first_outside());
         stable_ = negative_ == 0;
     }
     state_ = now_;

@@ -164,8 +164,10 @@ public:
     const RodMatrix& matrix() const { return K_; }
     const Eigen::VectorXd& right() const { return right_; }
     const Eigen::VectorXd& prescribed() const { return prescribed_; }
-    /// What holds leave of each node's motions, as projectors.
-    std::vector<Mat6> free_of_nodes() const;
+    /// What holds leave of the motions of each node from this one on, as projectors.
+    void add_free_of_nodes(int from, std::vector<Mat6>& free) const;
+    /// Nodes before this one are held wholly, in the sheath, and no element is between them.
+    int first_outside() const { return material_ ? sheath_.node : 0; }
     /// Largest of the loads and of EI / length^2 [N].
     double force_scale() const;
 
@@ -250,6 +252,7 @@ private:
     void add_loads(const Motion& m, double t, std::vector<Node6>& f, RodMatrix* K) const;
     /// Inner forces less loads, at places m and time t; the tangent into K_.
     void forces(const Motion& m, double t, std::vector<Node6>& inner, std::vector<Node6>& load);
+    void forces_at_iterate();
     double slack_share(const Eigen::VectorXd& y) const;
     /// Tension holds it at the iterate, and not bending.
     bool is_taut() const;
@@ -340,6 +343,7 @@ private:
     Motion state_, now_;
     std::vector<Vec6> moved_; ///< sum of the step's motions, turns in the sections' axes
     RodMatrix K_, M_;
+    bool whole_matrix_ = false; ///< K_, inner_ and load_ are what forces() makes of the iterate
     std::vector<Held> held_;
     std::vector<KnownForce> expected_;
     std::vector<Node6> inner_, load_;          ///< at the iterate

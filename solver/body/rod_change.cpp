@@ -171,6 +171,7 @@ double RodBody::slack_share(const Eigen::VectorXd& y) const
 void RodBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eigen::VectorXd&)
 {
     before_last_ = last_motion_;
+    whole_matrix_ = false;
     if (!step_.dynamic) {
         Eigen::VectorXd own = y;
         const std::array<double, 2> past = past_sheath_end(own);

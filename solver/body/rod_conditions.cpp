@@ -26,12 +26,14 @@ struct Directions {
     Eigen::Matrix<double, 6, 6> Q;
     int count = 0;
 
+    void hold_all() { count = 6; }
     void hold(Vec6 v)
     {
+        if (count == 6) return;
         for (int i = 0; i < count; ++i)
             v -= Q.col(i).dot(v) * Q.col(i);
         const double size = v.norm();
-        if (size < 1e-6 || count == 6) return;
+        if (size < 1e-6) return;
         Q.col(count++) = v / size;
     }
     /// Places across this direction.
@@ -166,8 +168,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             directions[i].hold_across(along_sheath());
             directions[i].hold_turns_across(Vec3::UnitX());
         } else {
-            for (int k = 0; k < 6; ++k)
-                directions[i].hold(Vec6::Unit(k));
+            directions[i].hold_all();
         }
         for (int k = 0; k < 3; ++k)
             all[i].move[k] = first.difference(now, k);

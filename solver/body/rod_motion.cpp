@@ -184,6 +184,7 @@ double RodBody::speed() const
 
 double RodBody::kinetic_energy() const
 {
+    if (std::ranges::all_of(state_.velocity, [](const Vec6& v) { return v.isZero(0); })) return 0;
     double sum = 0;
     for_mass_points(rod_, [&](int e, double mass, double xi) {
         sum += 0.5 * mass * point_velocity(state_.nodes, state_.velocity, e, xi).squaredNorm();

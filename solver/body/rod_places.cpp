@@ -271,12 +271,12 @@ double RodBody::element_stiffness(int element) const
     return std::min(law.S[4], law.S[5]) / std::pow(law.length, 4);
 }
 
-std::vector<Mat6> RodBody::free_of_nodes() const
+void RodBody::add_free_of_nodes(int from, std::vector<Mat6>& free) const
 {
-    std::vector<Mat6> free(now_.nodes.size(), Mat6::Identity());
+    const auto first = std::ptrdiff_t(free.size()) - from;
+    free.resize(std::size_t(first + std::ptrdiff_t(now_.nodes.size())), Mat6::Identity());
     for (const Held& h : held_)
-        free[std::size_t(h.node)] = h.free;
-    return free;
+        if (h.node >= from) free[std::size_t(first + h.node)] = h.free;
 }
 
 double RodBody::force_scale() const

@@ -15,35 +15,56 @@ using Side = Eigen::Matrix<double, kSide, 1>;
 
 int ChainBand::factor(const BlockTridiagonal& chain, int first)
 {
+    if (chain.size() == 0) return 0;
+    const Blocks blocks{&chain.diagonal(0), &chain.upper(0), &chain.lower(0), 1, chain.size()};
+    return factor(blocks, first, first);
+}
+
+int ChainBand::factor(const Blocks& chain, int first, int from)
+{
+    const int rows = 6 * (chain.size - first);
+    if (first != first_ || rows != rows_ || from < first) from = first;
     first_ = first;
-    rows_ = 6 * (chain.size() - first);
-    rows_of_band_.assign(std::size_t(rows_ + 1) * kWidth, 0.0);
+    rows_ = rows;
+    const int begin = 6 * (from - first); // row
+    rows_of_band_.resize(std::size_t(rows_ + 1) * kWidth);
+    std::fill(rows_of_band_.begin() + std::ptrdiff_t(begin) * kWidth, rows_of_band_.end(), 0.0);
+    negative_.resize(std::size_t(chain.size - first) + 1, 0);
+    odd_.resize(negative_.size(), 0);
     const auto diagonal = [&](int row) {
         return rows_of_band_.data() + std::size_t(row) * kWidth + kSide;
     };
-    for (int i = first; i < chain.size(); ++i) {
+    const auto at = [&](const Block6* b, int node) -> const Block6& {
+        return b[std::ptrdiff_t(node) * chain.stride];
+    };
+    for (int i = from; i < chain.size; ++i) {
         const int row = 6 * (i - first);
         for (int k = 0; k < 6; ++k)
             for (int j = 0; j < 6; ++j) {
-                diagonal(row + j)[k - j] = chain.diagonal(i)(j, k);
-                if (i + 1 == chain.size()) continue;
-                diagonal(row + j)[6 + k - j] = chain.upper(i)(j, k);
-                diagonal(row + 6 + j)[k - 6 - j] = chain.lower(i)(j, k);
+                diagonal(row + j)[k - j] = at(chain.diagonal, i)(j, k);
+                if (i + 1 < chain.size) diagonal(row + j)[6 + k - j] = at(chain.upper, i)(j, k);
+                if (i > first) diagonal(row + j)[k - 6 - j] = at(chain.lower, i - 1)(j, k);
             }
     }
-    int negative = 0;
-    for (int k = 0; k < rows_; ++k) {
+    // What stands before `from` is there; its last rows are still to be taken from those behind.
+    for (int k = std::max(begin - kReach, 0); k < rows_; ++k) {
         const double pivot = *diagonal(k);
-        if (!(pivot > 0)) ++negative;
         const Side behind = Eigen::Map<const Side>(diagonal(k) + 1);
         const int last = std::min(rows_ - 1, k + kReach);
-        for (int i = k + 1; i <= last; ++i) {
+        for (int i = std::max(k + 1, begin); i <= last; ++i) {
             double* entry = diagonal(i) + (k - i);
             *entry /= pivot;
             Eigen::Map<Side>(entry + 1) -= *entry * behind;
         }
     }
-    return negative;
+    for (std::size_t i = std::size_t(from - first); i + 1 < negative_.size(); ++i) {
+        int negative = 0;
+        for (int k = 0; k < 6; ++k)
+            if (!(*diagonal(6 * int(i) + k) > 0)) ++negative;
+        negative_[i + 1] = negative_[i] + negative;
+        odd_[i + 1] = odd_[i] + negative % 2;
+    }
+    return negative_.back();
 }
 
 void ChainBand::solve(std::vector<Node6>& x) const

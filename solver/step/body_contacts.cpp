@@ -157,6 +157,7 @@ ContactFinder::ContactFinder(std::vector<ContactPair> pairs, std::vector<const W
     , walls_(std::move(walls))
     , kept_(pairs_.size())
     , made_(pairs_.size(), false)
+    , seen_(pairs_.size())
     , sharp_(pairs_.size())
 {
 }

@@ -348,6 +348,7 @@ private:
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
     std::vector<bool> made_;
+    std::vector<std::vector<SeenDistance>> seen_;  // of rods' stations and walls, of each pair
     std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
     std::vector<AxisBox> boxes_;                   // of the bodies
     std::vector<AxisBox> swept_;                   // of the bodies, over the step

@@ -15,6 +15,15 @@ constexpr double kDear = 5e6; // of an elimination, as BlockLu estimates it [ns]
 
 void NodeMatrix::set_pattern(int nodes, std::vector<std::array<int, 2>> coupled)
 {
+    const bool was_chain = chain_;
+    chain_ = std::ranges::all_of(
+        coupled, [](const std::array<int, 2>& pair) { return std::abs(pair[0] - pair[1]) <= 1; });
+    if (chain_ && was_chain && nodes == size()) { // as it was
+        set_zero();
+        return;
+    }
+    for (int i = 0; chain_ && i + 1 < nodes; ++i)
+        coupled.push_back({i, i + 1});
     const std::size_t given = coupled.size();
     for (std::size_t k = 0; k < given; ++k)
         coupled.push_back({coupled[k][1], coupled[k][0]});
@@ -42,6 +51,8 @@ void NodeMatrix::set_pattern(int nodes, std::vector<std::array<int, 2>> coupled)
 
 std::size_t NodeMatrix::at(int row, int col) const
 {
+    // Each node's own block, that of the next with it, and of it with the next.
+    if (chain_) return std::size_t(row < col ? 3 * row + 2 : 2 * col + row);
     const auto first = row_.begin() + std::ptrdiff_t(start_[std::size_t(col)]),
                last = row_.begin() + std::ptrdiff_t(start_[std::size_t(col) + 1]);
     return std::size_t(std::lower_bound(first, last, row) - row_.begin());
@@ -62,9 +73,10 @@ void NodeMatrix::set_zero()
     factor_ = Factor::none;
 }
 
-void NodeMatrix::copy_values(const NodeMatrix& other)
+void NodeMatrix::copy_values(const NodeMatrix& other, int from)
 {
-    block_ = other.block_;
+    const auto first = std::ptrdiff_t(chain_ ? at(from, from) : 0);
+    std::copy(other.block_.begin() + first, other.block_.end(), block_.begin() + first);
     symmetric_ = other.symmetric_;
     factor_ = Factor::none;
 }
@@ -83,9 +95,15 @@ void NodeMatrix::take_symmetric_part()
     factor_ = Factor::none;
 }
 
-int NodeMatrix::factor(int)
+int NodeMatrix::factor(int from)
 {
     factor_ = Factor::none;
+    if (chain_) {
+        const int last = size() - 1;
+        const int negative = band_.factor(
+            {&block_[0], &block_[last > 0 ? 2 : 0], &block_[last > 0 ? 1 : 0], 3, size()}, 0, from);
+        return guarded ? negative : 0;
+    }
     if (!guarded) return 0;
     if (!symmetric_) return 1;
     if (!cholesky()) return 1;
@@ -176,6 +194,7 @@ bool NodeMatrix::eliminate()
 
 void NodeMatrix::solve(std::vector<Node6>& x)
 {
+    if (chain_) return band_.solve(x);
     if (factor_ == Factor::none) {
         // Of much fill Cholesky's method is several times as quick, where the matrix lets it.
         analyse_elimination();

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "contact/linear/block_lu.hpp"
-#include "solver/linear/block_tridiagonal.hpp"
+#include "solver/linear/chain_band.hpp"
 #include "solver/linear/supernodal.hpp"
 
 #include <array>
@@ -9,9 +9,13 @@
 
 namespace amontons {
 
-/// A x = b for a sparse A of 6x6 blocks, as of rods that touch anywhere: by Cholesky's method where
-/// A is symmetric and positive definite, else by elimination without exchange of blocks. What
-/// pivoting::solve asks of a matrix, without part factors.
+/// A x = b for a sparse A of 6x6 blocks, in one of two formats that its pattern decides. What
+/// pivoting::solve asks of a matrix.
+///
+/// A chain, whose nodes are coupled with the next one alone (rods that touch none of their kind):
+/// the elimination of ChainBand, again from a node on where what is before it has not changed, and
+/// its pivots' signs. Any other, as of rods that touch anywhere: Cholesky's method where A is
+/// symmetric and positive definite, else elimination without exchange of blocks; always whole.
 class NodeMatrix {
 public:
     /// @param coupled  pairs of nodes, in any order, also more than once; the blocks of both orders
@@ -21,6 +25,8 @@ public:
     bool guarded = true; ///< else factor() takes every matrix for definite
     /// Number of nodes.
     int size() const { return int(start_.size()) - 1; }
+    /// Only neighbours are coupled: nodes before one that has not changed need no new factors.
+    bool is_chain() const { return chain_; }
     /// The block of two nodes; it must be in the pattern.
     Block6& block(int row, int col) { return block_[at(row, col)]; }
     const Block6& block(int row, int col) const { return block_[at(row, col)]; }
@@ -34,13 +40,19 @@ public:
 
     /// Sets all blocks to zero.
     void set_zero();
-    /// The values of a matrix of the same pattern.
-    void copy_values(const NodeMatrix& other);
+    /// The values of a matrix of the same pattern; of a chain those of nodes before `from`, and
+    /// what couples these with it, stay.
+    void copy_values(const NodeMatrix& other, int from = 0);
 
-    /// The factors are made when they are needed.
-    /// @return 0 if positive definite, 1 if not, or not symmetric
-    int factor(int);
-    int negative_determinants() const { return guarded ? 1 : 0; } ///< 1: not known
+    /// @param from  of a chain: nodes before it keep their earlier factors
+    /// @return  0 if positive definite; of a chain the number of negative pivots, else 1 if it is
+    ///          not, or not symmetric
+    int factor(int from);
+    /// Of a chain's last factors: see ChainBand. Of others 1: not known.
+    int negative_determinants() const
+    {
+        return !guarded ? 0 : chain_ ? band_.negative_determinants() : 1;
+    }
     /// In place; not finite where there is no factor.
     void solve(std::vector<Node6>& x);
 
@@ -51,6 +63,8 @@ private:
     void analyse_elimination();
     bool eliminate();
 
+    bool chain_ = false;
+    ChainBand band_;
     std::vector<std::size_t> start_; // of each column's blocks
     std::vector<int> row_;           // of each block, ascending in a column
     std::vector<Block6> block_;

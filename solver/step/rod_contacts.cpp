@@ -162,14 +162,20 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     const Curve own = rod.curve();
     std::vector<CurveContact> found;
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
-    const auto on = [&](const std::function<WallSample(const Vec3&)>& surface) {
-        touch_surface(own, touching_stations(rod, p), surface, reach_, known, found);
-    };
     if (p.b < 0) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
-        on([&wall, hint = WallHint()](const Vec3& x) mutable { return wall.sample(x, hint); });
+        const std::span<const CurvePlace> stations = touching_stations(rod, p);
+        // The sheath leads through the wall: of the stations in it the last one ends at its end.
+        std::size_t first = 0;
+        while (first + 1 < stations.size() && rod.in_sheath(stations[first + 1]))
+            ++first;
+        touch_surface(
+            own, stations,
+            [&wall, hint = WallHint()](const Vec3& x) mutable { return wall.sample(x, hint); },
+            reach_, known, found, first, &seen_[std::size_t(pair)]);
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
-        on(distance_from(*rigid, rigid->placement()));
+        touch_surface(own, touching_stations(rod, p), distance_from(*rigid, rigid->placement()),
+                      reach_, known, found);
     } else if (p.b == p.a) {
         touch_curve(own, rod.stations(), own, reach_, known, found);
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
@@ -182,7 +188,6 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
     const bool still = p.b < 0 || (!other && bodies[std::size_t(p.b)].body->modes().cols() == 0);
     const auto stuck = [&](const CurveContact& c) {
-        // The sheath leads through the wall.
         if (p.b < 0 && rod.in_sheath(c.a)) return true;
         return c.gap > -kShapeRounding * rod.size() && rod.holds(c.a, c.normal) &&
                (still || (other && other->holds(c.b, c.normal)));

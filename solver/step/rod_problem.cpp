@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 
 namespace amontons {
 namespace {
@@ -26,12 +27,14 @@ struct RodSystem : FourNodeRows<RodContact> {
 
     explicit RodSystem(RodProblem& problem) : p(problem) {}
 
-    static void add_product(NodeMatrix& K, Place at, const Row& f, const Row& h, double s, int)
+    static void add_product(NodeMatrix& K, Place at, const Row& f, const Row& h, double s, int from)
     {
         for (int a = 0; a < at.nodes; ++a)
             for (int b = 0; b < at.nodes; ++b)
-                K.add(at.slot[std::size_t(a)], at.slot[std::size_t(b)], f.node[a].column, h.node[b],
-                      s);
+                if (std::min(at.slot[std::size_t(a)], at.slot[std::size_t(b)]) >= from)
+                    K.add(at.slot[std::size_t(a)], at.slot[std::size_t(b)], f.node[a].column,
+                          h.node[b], s);
+        if (K.is_chain()) return;
         for (int a = 0; a < at.nodes; ++a)
             for (int i = 0; i < 6; ++i)
                 if (f.node[a].value[i] != h.node[a].value[i]) return K.set_unsymmetric();
@@ -42,8 +45,14 @@ struct RodSystem : FourNodeRows<RodContact> {
     Place place(std::size_t k) const { return p.contact[k]; }
     const Row& normal(std::size_t k) const { return p.contact[k].normal; }
     const Row& tangent(std::size_t k, int i) const { return p.contact[k].tangent[i]; }
-    int lowest(std::size_t) const { return 0; }
-    int highest(std::size_t) const { return last(); }
+    int lowest(std::size_t k) const
+    {
+        return p.base.is_chain() ? *std::ranges::min_element(slots_of(k)) : 0;
+    }
+    int highest(std::size_t k) const
+    {
+        return p.base.is_chain() ? *std::ranges::max_element(slots_of(k)) : last();
+    }
     bool follows(std::size_t k) const { return p.contact[k].follows; }
     // Of neighbours that all released one does in a trial: as many trials as the longest line
     // needs.
@@ -63,11 +72,11 @@ struct RodSystem : FourNodeRows<RodContact> {
     NodeMatrix& matrix() { return p.system; }
     double& last_shift() { return p.shift; }
     double min_stiffness() const { return p.min_stiffness; }
-    void start_matrix(double shift, int)
+    void start_matrix(double shift, int from)
     {
-        p.system.copy_values(p.base);
+        p.system.copy_values(p.base, from);
         if (!(shift > 0)) return;
-        for (int i = 0; i <= last(); ++i) {
+        for (int i = from; i <= last(); ++i) {
             const double h = p.length[std::size_t(i)];
             Block6& d = p.system.block(i, i);
             for (int k = 0; k < 3; ++k) {
@@ -75,6 +84,12 @@ struct RodSystem : FourNodeRows<RodContact> {
                 d(k + 3, k + 3) += shift * h * h;
             }
         }
+    }
+
+private:
+    std::span<const int> slots_of(std::size_t k) const
+    {
+        return std::span(p.contact[k].slot).first(std::size_t(p.contact[k].nodes));
     }
 };
 
@@ -125,9 +140,9 @@ void place_contact(const RodProblem& w, const RodContactState& s, RodContact& c)
     c.nodes = 0;
     const auto add = [&](int body, const BodyPlace& at) {
         if (body < 0 || !w.rods[std::size_t(body)]) return;
-        const RodBody::Line line = w.rods[std::size_t(body)]->line(at);
-        for (const int node : line.node)
-            c.slot[std::size_t(c.nodes++)] = w.first[std::size_t(body)] + node;
+        const int element = at.nodes[0].node;
+        for (const int node : {element, w.rods[std::size_t(body)]->model().second(element)})
+            c.slot[std::size_t(c.nodes++)] = w.slot(body, node);
         c.on[body == s.contact->a ? 0 : 1] = body;
     };
     add(s.contact->a, s.a);
@@ -210,7 +225,7 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
     std::vector<std::array<int, 2>> coupled;
     for (std::size_t b = 0; b < w.rods.size(); ++b) {
         if (!w.rods[b]) continue;
-        const int n = w.rods[b]->unknowns() / 6;
+        const int n = w.nodes_of(b);
         for (int i = 0; i + 1 < n; ++i)
             coupled.push_back({nodes + i, nodes + i + 1});
         if (w.rods[b]->model().closed) coupled.push_back({nodes, nodes + n - 1});
@@ -231,32 +246,30 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
     w.stiffness.assign(std::size_t(nodes), 0);
     w.length.assign(std::size_t(nodes), 0);
     w.min_stiffness = std::numeric_limits<double>::infinity();
-    int first = 0;
-    for (const RodBody* rod : w.rods) {
+    for (std::size_t b = 0; b < w.rods.size(); ++b) {
+        const RodBody* const rod = w.rods[b];
         if (!rod) continue;
         const RodMatrix& K = rod->matrix();
-        const int n = rod->unknowns() / 6;
+        const int n = w.nodes_of(b), from = w.from[b], first = w.first[b];
         for (int i = 0; i < n; ++i) {
-            w.base.block(first + i, first + i) = K.chain.diagonal(i);
+            w.base.block(first + i, first + i) = K.chain.diagonal(from + i);
             if (i + 1 < n) {
-                w.base.block(first + i, first + i + 1) = K.chain.upper(i);
-                w.base.block(first + i + 1, first + i) = K.chain.lower(i);
+                w.base.block(first + i, first + i + 1) = K.chain.upper(from + i);
+                w.base.block(first + i + 1, first + i) = K.chain.lower(from + i);
             }
-            const int e = std::min(i, rod->model().element_count() - 1);
+            const int e = std::min(from + i, rod->model().element_count() - 1);
             w.length[std::size_t(first + i)] = rod->element_length(e);
             w.stiffness[std::size_t(first + i)] = rod->element_stiffness(e);
             w.min_stiffness = std::min(w.min_stiffness, rod->element_stiffness(e));
             Eigen::Map<Vec6>(w.gradient[std::size_t(first + i)].value) =
-                -rod->right().segment<6>(6 * i);
+                -rod->right().segment<6>(6 * (from + i));
         }
         if (rod->model().closed) {
             add_to_block(w.base.block(first, first + n - 1), dense(K.first_with_last));
             add_to_block(w.base.block(first + n - 1, first), dense(K.last_with_first));
         }
-        held.prescribed.segment(6 * first, 6 * n) = rod->prescribed();
-        const std::vector<Mat6> free = rod->free_of_nodes();
-        held.free.insert(held.free.end(), free.begin(), free.end());
-        first += n;
+        held.prescribed.segment(6 * first, 6 * n) = rod->prescribed().tail(6 * n);
+        rod->add_free_of_nodes(from, held.free);
     }
 }
 
@@ -283,7 +296,7 @@ void place_joints(RodProblem& w)
     for (std::size_t k = 0; k < w.joints.size(); ++k)
         for (std::size_t i = 0; i < 2; ++i)
             if (const int rod = w.joints[k].on[i]; rod >= 0)
-                w.held_joints[k].slot[i] = w.first[std::size_t(rod)] + w.joints[k].node[i];
+                w.held_joints[k].slot[i] = w.slot(rod, w.joints[k].node[i]);
 }
 
 /// Adds a force along a joint's row to what acts.
@@ -393,14 +406,34 @@ void renew_multipliers(RodProblem& w)
     }
 }
 
+/// The slots of nodes: those in a sheath have none, but for what touches them.
+void number_nodes(RodProblem& w, const std::vector<RodContactState>& contacts)
+{
+    w.from.assign(w.rods.size(), 0);
+    for (std::size_t b = 0; b < w.rods.size(); ++b)
+        if (w.rods[b]) w.from[b] = w.rods[b]->first_outside();
+    const auto reach = [&](int body, int node) {
+        if (body >= 0) w.from[std::size_t(body)] = std::min(w.from[std::size_t(body)], node);
+    };
+    for (const RodContactState& s : contacts) {
+        reach(s.contact->a, s.a.nodes[0].node);
+        if (s.contact->b >= 0 && w.rods[std::size_t(s.contact->b)])
+            reach(s.contact->b, s.b.nodes[0].node);
+    }
+    for (const RodJoint& j : w.joints)
+        for (std::size_t i = 0; i < 2; ++i)
+            reach(j.on[i], j.node[i]);
+    w.first.assign(w.rods.size(), 0);
+    for (std::size_t b = 1; b < w.rods.size(); ++b)
+        w.first[b] = w.first[b - 1] + w.nodes_of(b - 1);
+}
+
 /// The base matrix, the contacts' rows and weights, and the gradient without contact forces.
 /// @return  the scale of forces
 Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Projectors& held)
 {
     w.contact.assign(contacts.size(), RodContact());
-    w.first.assign(w.rods.size(), 0);
-    for (std::size_t b = 1; b < w.rods.size(); ++b)
-        w.first[b] = w.first[b - 1] + (w.rods[b - 1] ? w.rods[b - 1]->unknowns() / 6 : 0);
+    number_nodes(w, contacts);
     for (std::size_t k = 0; k < contacts.size(); ++k)
         place_contact(w, contacts[k], w.contact[k]);
     std::vector<int> on_rod(w.rods.size(), 0);
@@ -468,8 +501,8 @@ std::vector<Node6> any_motion(const RodProblem& w, const Projectors& held)
     for (std::size_t b = 0; b < w.rods.size(); ++b) {
         if (!w.rods[b]) continue;
         const std::vector<BeamNode>& nodes = w.rods[b]->nodes();
-        for (std::size_t i = 0; i < nodes.size(); ++i) {
-            const std::size_t slot = std::size_t(w.first[b]) + i;
+        for (auto i = std::size_t(w.from[b]); i < nodes.size(); ++i) {
+            const auto slot = std::size_t(w.slot(int(b), int(i)));
             Vec6 v;
             for (int k = 0; k < 6; ++k)
                 v[k] = std::sin(1 + double(6 * i) + double(k) * 1.7);
@@ -492,10 +525,9 @@ std::vector<Eigen::VectorXd> motion_of_bodies(const RodProblem& w, const std::ve
     std::vector<Eigen::VectorXd> motion(w.rods.size());
     for (std::size_t b = 0; b < w.rods.size(); ++b) {
         if (!w.rods[b]) continue;
-        const int nodes = w.rods[b]->unknowns() / 6;
-        motion[b].resize(6 * nodes);
-        for (int i = 0; i < nodes; ++i)
-            motion[b].segment<6>(6 * i) =
+        motion[b].setZero(w.rods[b]->unknowns());
+        for (int i = 0; i < w.nodes_of(b); ++i)
+            motion[b].segment<6>(6 * (w.from[b] + i)) =
                 Eigen::Map<const Vec6>(x[std::size_t(w.first[b] + i)].value) / most;
     }
     return motion;
@@ -547,12 +579,11 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
             out.motion[b] = Eigen::VectorXd();
             continue;
         }
-        const int n = w.rods[b]->unknowns() / 6;
         Eigen::VectorXd& y = out.motion[b];
         y = w.rods[b]->prescribed();
-        for (int i = 0; i < n; ++i) {
+        for (int i = 0; i < w.nodes_of(b); ++i) {
             const std::size_t slot = std::size_t(w.first[b] + i);
-            y.segment<6>(6 * i) +=
+            y.segment<6>(6 * (w.from[b] + i)) +=
                 held.free[slot] * Eigen::Map<const Vec6>(w.increment[slot].value);
         }
     }
@@ -624,8 +655,8 @@ unheld_motion(RodProblem& w, const std::vector<RodContactState>& contacts)
     // With the springs as weights a motion that nothing else holds has the eigenvalue 1.
     std::vector<Node6> springs(w.gradient.size());
     for (std::size_t b = 0; b < w.rods.size(); ++b)
-        for (int i = 0; w.rods[b] && i < w.rods[b]->unknowns() / 6; ++i) {
-            const std::array<double, 2> s = w.rods[b]->anchor_on(i);
+        for (int i = 0; i < w.nodes_of(b); ++i) {
+            const std::array<double, 2> s = w.rods[b]->anchor_on(w.from[b] + i);
             for (int k = 0; k < 6; ++k)
                 springs[std::size_t(w.first[b] + i)].value[k] = s[k < 3 ? 0 : 1];
         }

@@ -38,7 +38,8 @@ struct HeldJoint {
 /// What is kept from one iterate to the next.
 struct RodProblem {
     std::vector<RodBody*> rods; ///< of each body; null: it stands still
-    std::vector<int> first;     ///< of each body: where its nodes begin
+    std::vector<int> from;      ///< of each body: nodes before it are held and touch nothing
+    std::vector<int> first;     ///< of each body: the slot of that node
     std::vector<RodContact> contact;
     std::vector<RodJoint> joints; ///< set before each problem
     std::vector<HeldJoint> held_joints;
@@ -54,6 +55,17 @@ struct RodProblem {
     /// A shorter step is more likely to converge: states that do not fit soon are given up.
     bool hasty = false;
     const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: the answer is none
+
+    /// Where a body's node stands in the matrix.
+    int slot(int body, int node) const
+    {
+        return first[std::size_t(body)] + node - from[std::size_t(body)];
+    }
+    /// Nodes of a body in the matrix, from its `from` on.
+    int nodes_of(std::size_t body) const
+    {
+        return rods[body] ? rods[body]->unknowns() / 6 - from[body] : 0;
+    }
 };
 
 /// What is known of a contact before it is solved.

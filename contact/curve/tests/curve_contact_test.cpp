@@ -5,6 +5,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <random>
+#include <utility>
 
 using namespace amontons;
 
@@ -317,6 +318,42 @@ TEST_CASE("an edge between two stations touches and contacts on a plane are the 
         },
         0.02, {}, found);
     CHECK(found.size() == 4);
+}
+
+TEST_CASE("a curve that moves past a surface at rest touches alike whether its distances are known")
+{
+    const RigidShape box = Box{{0.02, 0.3, 0.1}};
+    std::int32_t near = -1;
+    const Eigen::Quaterniond turn(Eigen::AngleAxisd(0.3, Vec3::UnitY()));
+    int evaluations = 0;
+    const auto surface = [&](const Vec3& x) {
+        ++evaluations;
+        WallSample s = shape_distance(box, turn.conjugate() * x, near);
+        s.normal = turn * s.normal;
+        return s;
+    };
+    std::vector<SeenDistance> seen;
+    int with = 0, without = 0;
+    std::size_t touched = 0;
+    for (int step = 0; step < 60; ++step) {
+        CAPTURE(step);
+        const Vec3 move(0.01 * step, 0, 0.35 - 0.005 * step);
+        const Curve a = straight_curve(Vec3(-0.9, 0, 0) + move, Vec3(0.1, 0, 0) + move, 30, 0.01);
+        std::vector<CurveContact> plain, quick;
+        touch_surface(a, stations(a, 0), surface, 0.02, {}, plain);
+        without += std::exchange(evaluations, 0);
+        touch_surface(a, stations(a, 0), surface, 0.02, {}, quick, 0, &seen);
+        with += std::exchange(evaluations, 0);
+        REQUIRE(quick.size() == plain.size());
+        for (std::size_t k = 0; k < plain.size(); ++k) {
+            CHECK(quick[k].id == plain[k].id);
+            CHECK(quick[k].gap == plain[k].gap);
+            CHECK(quick[k].point == plain[k].point);
+        }
+        touched += plain.size();
+    }
+    CHECK(touched > 20);
+    CHECK(4 * with < 3 * without);
 }
 
 TEST_CASE("the distance to a shape has the normal and the second derivative that it specifies")
