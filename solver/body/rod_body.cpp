@@ -415,7 +415,8 @@ double RodBody::imbalance(const Eigen::VectorXd& force)
         forces(now_, step_.end(), inner_, load_);
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
-        if (out_of_sheath()) balance_at_sheath(sheath_balance(now_, step_.end(), false), {}, residual_);
+        if (out_of_sheath())
+            balance_at_sheath(sheath_balance(now_, step_.end(), false), {}, residual_);
     }
     Eigen::VectorXd missing = residual_;
     if (force.size() == missing.size()) missing += force;

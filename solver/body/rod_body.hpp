@@ -388,8 +388,8 @@ private:
     } accepted_;
     SheathEnd led_;              ///< where a dynamic step leads the base: fed, turned
     bool gives_in_step_ = false; ///< of a dynamic step: there is enough in the sheath to stretch
-    double passed_energy_ = 0; ///< of what began or ended to be out as the step began [J]
-    int renewed_ = -1;         ///< last node whose filtered rates begin anew with the step's mesh
+    double passed_energy_ = 0;   ///< of what began or ended to be out as the step began [J]
+    int renewed_ = -1;           ///< last node whose filtered rates begin anew with the step's mesh
     bool broken_ = false;        ///< the iterate leaves the element at the sheath's end no length
     double push_ = 0, torque_ = 0;  ///< at the accepted state [N], [N m]
     bool stable_ = true;            ///< the accepted balance

@@ -80,7 +80,8 @@ Vec6 RodBody::velocity_before(double s) const
     int e = end.node;
     while (e + 1 < rod_.element_count() && s >= rod_.s[std::size_t(e) + 1])
         ++e;
-    const double next = rod_.s[std::size_t(e) + 1], from = e == end.node ? end.s : rod_.s[std::size_t(e)],
+    const double next = rod_.s[std::size_t(e) + 1],
+                 from = e == end.node ? end.s : rod_.s[std::size_t(e)],
                  xi = (s - from) / (next - from);
     const auto a = std::size_t(e), b = a + 1;
     const Motion m{accepted_.nodes, {}, end};

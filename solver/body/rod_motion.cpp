@@ -177,8 +177,7 @@ void RodBody::dynamic_residual()
                    before = point_velocity(state_, state_.velocity, e, at_start);
         const Vec3 mean = rule.end * now + (1 - rule.end) * before;
         const Vec3 p = mass * (now - before + damping_ * h * mean);
-        const Eigen::Matrix<double, 12, 1> v =
-            place_on(middle, e, xi).J.transpose() * p;
+        const Eigen::Matrix<double, 12, 1> v = place_on(middle, e, xi).J.transpose() * p;
         residual_.segment<6>(6 * e) -= v.head<6>();
         residual_.segment<6>(6 * rod_.second(e)) -= v.tail<6>();
         largest = std::max({largest, mass * now.norm() / h, mass * before.norm() / h});
@@ -292,8 +291,8 @@ Vec3 RodBody::angular_momentum() const
     for_mass_points(
         rod_,
         [&](int e, double mass, double xi) {
-            sum += mass * place_on(state_, e, xi).x.cross(
-                              point_velocity(state_, state_.velocity, e, xi));
+            sum += mass *
+                   place_on(state_, e, xi).x.cross(point_velocity(state_, state_.velocity, e, xi));
         },
         first);
     for (auto i = std::size_t(first); i < state_.nodes.size(); ++i)

@@ -106,8 +106,7 @@ HeldBase RodBody::held_base(const SheathEnd& at) const
 {
     HeldBase base{*material_};
     // Where hardly anything is in the sheath its end is the base, by whatever it is held.
-    if (!gives_at(at.fed))
-        base.compliance = base.turn_compliance = 1;
+    if (!gives_at(at.fed)) base.compliance = base.turn_compliance = 1;
     if (at.node < rod_.element_count()) base.next = rod_.s[std::size_t(at.node) + 1];
     base.base_insertion = at.fed;
     base.inserted = at.fed + at.stretch;
@@ -267,8 +266,7 @@ void RodBody::begin_at_sheath()
     if (!input_.plane) next.rotation += next.turned - last.turned; // a guess
     next.s = rod_.length - next.fed - next.stretch;
     next.node = node_at_end(rod_.length - next.fed);
-    if (next.node == rod_.element_count() ||
-        !gives_at(next.fed)) {
+    if (next.node == rod_.element_count() || !gives_at(next.fed)) {
         next.stretch = 0;
         next.rotation = next.turned;
         next.s = rod_.length - next.fed;

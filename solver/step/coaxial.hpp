@@ -33,7 +33,7 @@ struct NestedBefore {
     int index = 0; ///< into Nesting::reaction
     Vec3 n;
     double normal = 0, bound = 0; ///< r_n, mu r_n [N]
-    Vec3 tangential;  ///< [N]
+    Vec3 tangential;              ///< [N]
 };
 
 /// Where instruments were when a step began.

@@ -346,8 +346,8 @@ TEST_CASE("rods continue from a saved state bit by bit, at rest, on their path a
                               rod("exact", R"("fed": [[0, 0.05], [1, 0.15]])"), kPlane, on_floor,
                               quasi_static(0.05, 1)));
     for (const std::string& rule : kRules)
-        for (const char* fed : {"[[0, 0.05], [0.02, 0.055], [0.05, 0.048]]",
-                                "[[0, 0.001], [0.03, 0], [0.05, 0.01]]"})
+        for (const char* fed :
+             {"[[0, 0.05], [0.02, 0.055], [0.05, 0.048]]", "[[0, 0.001], [0.03, 0], [0.05, 0.01]]"})
             check_resumes(fmt::format(R"("bodies": {{{}, {}}}, {}, {})",
                                       rod("exact", fmt::format(R"("fed": {})", fed)), kPlane,
                                       on_floor, dynamic(2e-3, 0.05, rule)));
