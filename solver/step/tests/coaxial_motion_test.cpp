@@ -37,32 +37,32 @@ std::string in_motion(const std::string& bodies, const std::string& pairs, doubl
 
 } // namespace
 
-TEST_CASE("a wire that fills the bore of a catheter strikes a bend with it as one of both stiffnesses "
-          "and masses")
+TEST_CASE(
+    "a wire that fills the bore of a catheter strikes a bend with it as one of both stiffnesses "
+    "and masses")
 {
     const double EI[2] = {1e-4, 2e-4}, density[2] = {8000, 1500};
     const double mass = density[0] * std::numbers::pi * kInner * kInner +
                         density[1] * std::numbers::pi * (kOuter * kOuter - kInner * kInner);
     const char* const fed = "[[0, 0.005], [0.04, 0.05], [0.06, 0.05]]"; // 1.1 m/s
-    const Result both = done(
-        in_motion(beam("wire", kInner, 0, EI[0], density[0], fed) + "," +
-                      beam("catheter", kOuter, kInner, EI[1], density[1], fed),
-                  R"({"between": ["catheter", "tube"], "friction": 0},
-                     {"between": ["catheter", "wire"], "friction": 0})", 2e-4, 0.06));
-    const Result one = done(in_motion(beam("wire", kOuter, 0, EI[0] + EI[1],
-                                           mass / (std::numbers::pi * kOuter * kOuter), fed),
-                                      R"({"between": ["wire", "tube"], "friction": 0})", 2e-4,
-                                      0.06));
+    const Result both = done(in_motion(beam("wire", kInner, 0, EI[0], density[0], fed) + "," +
+                                           beam("catheter", kOuter, kInner, EI[1], density[1], fed),
+                                       R"({"between": ["catheter", "tube"], "friction": 0},
+                     {"between": ["catheter", "wire"], "friction": 0})",
+                                       2e-4, 0.06));
+    const Result one = done(in_motion(
+        beam("wire", kOuter, 0, EI[0] + EI[1], mass / (std::numbers::pi * kOuter * kOuter), fed),
+        R"({"between": ["wire", "tube"], "friction": 0})", 2e-4, 0.06));
+    // Means over time: a node comes out of the sheath with its mass in one step or in the next.
     double kinetic = 0, elastic = 0, off[2] = {};
     for (const StepRecord& a : one.records) {
-        const auto same = std::ranges::find_if(both.records, [&](const StepRecord& b) {
-            return std::abs(a.time - b.time) < 1e-9;
-        });
+        const auto same = std::ranges::find_if(
+            both.records, [&](const StepRecord& b) { return std::abs(a.time - b.time) < 1e-9; });
         if (same == both.records.end()) continue; // a step that was halved
-        kinetic = std::max(kinetic, a.energy.kinetic);
-        elastic = std::max(elastic, a.energy.elastic);
-        off[0] = std::max(off[0], std::abs(a.energy.kinetic - same->energy.kinetic));
-        off[1] = std::max(off[1], std::abs(a.energy.elastic - same->energy.elastic));
+        kinetic += a.energy.kinetic;
+        elastic += a.energy.elastic;
+        off[0] += std::abs(a.energy.kinetic - same->energy.kinetic);
+        off[1] += std::abs(a.energy.elastic - same->energy.elastic);
     }
     CAPTURE(off[0] / kinetic);
     CAPTURE(off[1] / elastic);
@@ -78,14 +78,14 @@ TEST_CASE("a wire with clearance and its catheter are fed into a bend in motion:
 {
     for (const double friction : {0.0, 0.2}) {
         CAPTURE(friction);
-        const Result r = done(in_motion(
-            beam("wire", 3e-4, 0, 1e-4, 8000, "[[0, 0.01], [0.05, 0.06]]") + "," +
-                beam("catheter", kOuter, 5e-4, 2e-4, 1500, "[[0, 0.005], [0.05, 0.03]]"),
-            fmt::format(R"({{"between": ["wire", "tube"], "friction": {0}}},
+        const Result r = done(
+            in_motion(beam("wire", 3e-4, 0, 1e-4, 8000, "[[0, 0.01], [0.05, 0.06]]") + "," +
+                          beam("catheter", kOuter, 5e-4, 2e-4, 1500, "[[0, 0.005], [0.05, 0.03]]"),
+                      fmt::format(R"({{"between": ["wire", "tube"], "friction": {0}}},
                 {{"between": ["catheter", "tube"], "friction": {0}}},
                 {{"between": ["catheter", "wire"], "friction": {0}}})",
-                        friction),
-            2.5e-4, 0.05));
+                                  friction),
+                      2.5e-4, 0.05));
         CHECK(r.summary.uncertified_steps == 0);
         CHECK(r.summary.contacts_max > 3);
         CHECK(r.summary.energy.kinetic > 0);
