@@ -131,8 +131,8 @@ namespace {
 // of the sheath brings its kinetic energy along, and the drive has given it; what enters takes it
 // away.
 /// Of one wire; returns what it dissipated and the friction of walls.
-double update_dynamics(WireBody& b, const WireState& old, const StepStart& start, double h,
-                       EnergyRecord& energy)
+double update_inertia(WireBody& b, const WireState& old, const StepStart& start, double h,
+                      EnergyRecord& energy)
 {
     double against = 0, gained = 0;
     for (int i = 0; i <= b.wire.last(); ++i) {
@@ -171,7 +171,7 @@ void update_dynamics(WireGroup& g, const GroupState& old, const GroupStart& star
     energy.kinetic = 0;
     energy.released = -energy.friction;
     for (std::size_t w = 0; w < g.wires.size(); ++w)
-        energy.released += update_dynamics(*g.wires[w], old.wires[w], start.wires[w], h, energy);
+        energy.released += update_inertia(*g.wires[w], old.wires[w], start.wires[w], h, energy);
     if (g.coaxial) // of what acts in the bores friction is the one part, impacts are the other
         energy.released += coaxial_friction_work(*g.coaxial, start.nested) -
                            coaxial_normal_work(*g.coaxial, start.nested);
