@@ -511,7 +511,7 @@ void shift_nested_reactions(Nesting& n, double shift)
     }
 }
 
-Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal)
+Vec3 nested_motion(const Nesting& n, const NestingStart& start, int k, const Vec3& normal)
 {
     const Wire &in = *n.inner, &out = *n.outer;
     if (!in.outside() || !out.outside()) return Vec3::Zero();
@@ -529,11 +529,15 @@ Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3&
     const WirePlace &pi = outers ? *near : *at, &po = outers ? *at : *near;
     const double radius = radius_at(in.material, material_at(in, pi), &BeamSegment::radius);
     const double bore = radius_at(out.material, material_at(out, po), &BeamSegment::inner_radius);
-    const Vec3 u =
-        surface_motion(in, start.inner, material_at(in, pi), centreline_point(in.state, pi),
-                       section_rotation(in.state, pi), -radius * normal) -
-        surface_motion(out, start.outer, material_at(out, po), centreline_point(out.state, po),
-                       section_rotation(out.state, po), -bore * normal);
+    return surface_motion(in, start.inner, material_at(in, pi), centreline_point(in.state, pi),
+                          section_rotation(in.state, pi), -radius * normal) -
+           surface_motion(out, start.outer, material_at(out, po), centreline_point(out.state, po),
+                          section_rotation(out.state, po), -bore * normal);
+}
+
+Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal)
+{
+    const Vec3 u = nested_motion(n, start, k, normal);
     return u - normal * normal.dot(u);
 }
 

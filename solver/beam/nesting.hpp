@@ -71,8 +71,10 @@ NestedTangent nested_tangent(const Nesting& n, const NestedContact& c);
 /// Moves the reactions with the outer's points when its base was moved by a length [m].
 void shift_nested_reactions(Nesting& n, double shift);
 
-/// Slip of the two surfaces over the step at one of the points, for a contact with a given normal
-/// [m]
+/// Motion of the inner surface against the bore over the step at one of the points, for a contact
+/// with a given normal [m]; zero where they do not face each other.
+Vec3 nested_motion(const Nesting& n, const NestingStart& start, int k, const Vec3& normal);
+/// ... along the surfaces [m].
 Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal);
 
 } // namespace amontons

@@ -134,7 +134,12 @@ void add_rod_elements(const RodModel& rod, const std::vector<BeamNode>& nodes, R
 
 RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int e, double t)
 {
-    const double L = rod.law[std::size_t(e)].length;
+    return rod_place(rod, nodes, e, t, rod.law[std::size_t(e)].length);
+}
+
+RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int e, double t,
+                   double L)
+{
     const double h[4] = {1 - t * t * (3 - 2 * t), t * t * (3 - 2 * t), L * t * (1 - t) * (1 - t),
                          -L * t * t * (1 - t)};
     const BeamNode* n[2] = {&nodes[std::size_t(e)], &nodes[std::size_t(rod.second(e))]};
@@ -155,11 +160,12 @@ Vec3 rod_point(const RodModel& rod, const std::vector<BeamNode>& nodes, int e, d
     return rod_place(rod, nodes, e, xi).x;
 }
 
-Vec3 rod_inertia(const RodModel& rod, int node)
+Vec3 rod_inertia(const RodModel& rod, int node, int from)
 {
     Vec3 sum = Vec3::Zero();
-    for (int e = 0; e < rod.element_count(); ++e) {
-        if (e != node && rod.second(e) != node) continue;
+    const int before = node > 0 ? node - 1 : rod.closed ? rod.element_count() - 1 : -1;
+    for (const int e : {before, node}) {
+        if (e < from || e >= rod.element_count()) continue;
         const ElementMass& m = rod.mass[std::size_t(e)];
         sum += 0.5 * rod.law[std::size_t(e)].length * Vec3(m.spin, m.bend, m.bend);
     }

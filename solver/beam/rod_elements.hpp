@@ -34,26 +34,29 @@ struct RodPlace {
 };
 /// A place on the middle line of an element and its derivative; xi of 0 to 1.
 RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
+/// ... of an element of another length [m] than its own, as one that grows out of a sheath was.
+RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi,
+                   double length);
 /// The place alone [m].
 Vec3 rod_point(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
 
-/// Calls visit(element, mass [kg], xi) for the integration points of the mass: exact for squares of
-/// cubic displacements.
-template <class Visit> void for_mass_points(const RodModel& rod, Visit visit)
+/// Calls visit(element, mass [kg], xi) for the integration points of the mass, of elements from
+/// this one on: exact for squares of cubic displacements.
+template <class Visit> void for_mass_points(const RodModel& rod, Visit visit, int from = 0)
 {
     constexpr double kAt[4] = {0.06943184420297371, 0.33000947820757187, 0.6699905217924281,
                                0.9305681557970263};
     constexpr double kWeight[4] = {0.17392742256872693, 0.32607257743127307, 0.32607257743127307,
                                    0.17392742256872693};
-    for (int e = 0; e < rod.element_count(); ++e) {
+    for (int e = from; e < rod.element_count(); ++e) {
         const double m = rod.mass[std::size_t(e)].per_length * rod.law[std::size_t(e)].length;
         for (int g = 0; g < 4; ++g)
             visit(e, kWeight[g] * m, kAt[g]);
     }
 }
 
-/// Rotary inertia of a node about its section's axes [kg m^2].
-Vec3 rod_inertia(const RodModel& rod, int node);
+/// Rotary inertia of a node about its section's axes, of elements from this one on [kg m^2].
+Vec3 rod_inertia(const RodModel& rod, int node, int from = 0);
 
 /// Adds the mass matrix at these places.
 void add_rod_mass(const RodModel& rod, const std::vector<BeamNode>& nodes, double scale,

@@ -153,11 +153,12 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
             input_.velocity + input_.spin.cross(state_.nodes[i].position() - centre);
         state_.velocity[i].tail<3>() = R.transpose() * input_.spin;
     }
+    accepted_.velocity = state_.velocity;
     now_ = state_;
     moved_.assign(n, Vec6::Zero());
     past_velocity_ = past_force_ = moved_;
     modes_.resize(unknowns(), 0);
-    stations_ = amontons::stations(curve_of(state_.nodes), input_.contact_spacing);
+    stations_ = amontons::stations(curve_of(state_), input_.contact_spacing);
 }
 
 std::array<double, 6> RodBody::strain(int element) const
@@ -250,12 +251,12 @@ void RodBody::begin(const StepInput& step)
 {
     step_ = step;
     whole_matrix_ = false;
-    if (material_) begin_at_sheath();
+    if (material_) step.dynamic ? begin_motion_at_sheath() : begin_at_sheath();
     now_ = state_;
     expected_.clear();
     for (Vec6& m : moved_)
         m.setZero();
-    if (material_) turn_with_sheath();
+    if (material_ && !step.dynamic) turn_with_sheath();
     last_motion_ = before_last_ = std::numeric_limits<double>::infinity();
     if (!step.dynamic) return;
     begin_memory();
@@ -365,8 +366,9 @@ void RodBody::linearise()
         K_.multiply(as_nodes(move), Kd);
         rest -= as_vector(Kd);
     }
-    if (out_of_sheath()) {
-        const SheathBalance b = sheath_balance(true);
+    if (material_ && step_.dynamic) lead_base(rest);
+    if (out_of_sheath() && !step_.dynamic) {
+        const SheathBalance b = sheath_balance(now_, step_.end(), true);
         balance_at_sheath(b, move, rest);
         balance_at_sheath(b, {}, residual_);
         if (gives_in_sheath()) stiffness_at_sheath(b);
@@ -429,10 +431,12 @@ double RodBody::imbalance(const Eigen::VectorXd& force)
         residual_ = as_vector(load_) - as_vector(inner_);
         add_drag();
         whole_matrix_ = drag() == 0;
-        if (out_of_sheath()) balance_at_sheath(sheath_balance(false), {}, residual_);
+        if (out_of_sheath())
+            balance_at_sheath(sheath_balance(now_, step_.end(), false), {}, residual_);
     }
     Eigen::VectorXd missing = residual_;
     if (force.size() == missing.size()) missing += force;
+    if (step_.dynamic && material_ && (broken_ || base_off() > 0)) return infinite;
     held_ = held_at(now_, step_.end());
     for (const Held& h : held_)
         if (!(h.move.norm() * (step_.dynamic ? step_.h : 1) <= 1e-9 * size_)) return 1;
@@ -469,7 +473,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     for (std::size_t i = 0; i < acting.size(); ++i)
         acting[i].column += reaction_[i].column;
     if (material_) {
-        e.work = accept_at_sheath(acting);
+        e.work = step_.dynamic ? accept_motion_at_sheath(acting) : accept_at_sheath(acting);
         e.work_absolute = std::abs(e.work);
     }
     if (acting_.empty()) acting_ = acting;
@@ -480,6 +484,9 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
             moved_[i].tail<3>() = step_.h * (step_.rule.end * now_.velocity[i].tail<3>() +
                                              past_velocity_[i].tail<3>());
         }
+    if (step_.dynamic && out_of_sheath()) // of the material that is out
+        moved_[std::size_t(sheath_.node)].head<3>() =
+            (first_length(now_.end) - first_length(state_.end)) * along_sheath();
     for (std::size_t i = 0; i < acting.size(); ++i) {
         Vec6 mean = view(acting[i]);
         if (!step_.dynamic) mean = 0.5 * (mean + view(acting_[i]));
@@ -495,7 +502,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         forces_at_iterate();
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);
-        if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(true));
+        if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
         hold_matrix(K_);
         negative_ = K_.factor(first_outside());
         stable_ = negative_ == 0;
@@ -504,7 +511,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     energy_ = rod_energy(rod_, state_.nodes, kind_, material_ ? sheath_.node : 0);
     if (material_) {
         energy_ += energy_in_sheath();
-        accepted_ = {sheath_, state_.nodes, acting_};
+        accepted_ = {sheath_, state_.nodes, state_.velocity, acting_};
     }
     e.elastic = energy_;
     e.kinetic = kinetic_energy();
@@ -539,7 +546,7 @@ std::vector<double> RodBody::frequencies(int count)
     std::vector<Node6> inner, load;
     forces(now_, step_.end(), inner, load);
     held_ = held_at(now_, step_.end());
-    if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(true));
+    if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
     hold_matrix(K_);
     negative_ = K_.factor();
     M_.set_zero();

@@ -56,6 +56,8 @@ public:
     Placement node_pose(int node) const;
     /// True of a node that a sheath holds where the rod begins.
     bool starts_in_sheath(int node) const;
+    /// Of dynamic runs, before the first step: what is fed begins with the velocity of its feed.
+    void start_with_feed();
 
     /// What a caller may lead by hand: its loads, and how far it is fed out of a sheath.
     std::vector<LiveCurve> live_curves();
@@ -222,9 +224,18 @@ public:
                   double& t);
 
 private:
+    /// Where a rod comes out of its sheath.
+    struct SheathEnd {
+        int node = 0;                    ///< which stands there
+        double s = -1;                   ///< place of the rod there [m]; < 0: there is no sheath
+        double fed = 0;                  ///< way of the base: what would be out of a rigid rod [m]
+        double stretch = 0;              ///< of what is in the sheath [m]
+        double turned = 0, rotation = 0; ///< about it, of the base and at its end [rad]
+    };
     struct Motion {
         std::vector<BeamNode> nodes;
         std::vector<Vec6> velocity; ///< of the place in space, of the turn in the section's axes
+        SheathEnd end;              ///< of dynamic steps
     };
     /// A scene's hold and its nodes.
     struct Hold {
@@ -265,7 +276,7 @@ private:
     double floor() const; ///< round-off of forces [N]
     double force_size(const Motion& m, const std::vector<Node6>& load) const; ///< [N]
     Mat3 section(const Motion& m, int element, double xi) const;
-    Curve curve_of(const std::vector<BeamNode>& nodes) const;
+    Curve curve_of(const Motion& m) const;
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
     void add_drag();
@@ -275,13 +286,6 @@ private:
     double drag() const;
     double drag_on(int node, int axis) const;
     // The sheath: rod_sheath.cpp
-    struct SheathEnd {
-        int node = 0;                    ///< which stands there
-        double s = -1;                   ///< place of the rod there [m]; < 0: there is no sheath
-        double fed = 0;                  ///< way of the base: what would be out of a rigid rod [m]
-        double stretch = 0;              ///< of what is in the sheath [m]
-        double turned = 0, rotation = 0; ///< about it, of the base and at its end [rad]
-    };
     /// Of the node at its end, in its two unknowns.
     struct SheathBalance {
         Vec3 along = Vec3::Zero();
@@ -296,36 +300,58 @@ private:
     Vec3 along_sheath() const;
     double base_turn(double t) const; ///< prescribed [rad]
     bool out_of_sheath() const { return material_ && sheath_.node < rod_.element_count(); }
+    bool gives_at(double fed) const;
     bool gives_in_sheath() const; ///< there is enough in it to stretch
     HeldBase held_base(const SheathEnd& at) const;
     double turn_in_sheath(const SheathEnd& at, double s) const;
     BeamNode held_in_sheath(int node) const;
     BeamNode at_place(double s) const; ///< of the rod, at the accepted state, on its mesh
     std::optional<BeamNode> place_before(int element, double xi) const;
+    void take_sheath_end(const SheathEnd& next);
     void move_sheath_end(const SheathEnd& next);
     void place_stations();
     void start_at_sheath();
     void begin_at_sheath();
     void turn_with_sheath();
-    SheathBalance sheath_balance(bool stiffness) const;
+    SheathBalance sheath_balance(const Motion& m, double t, bool stiffness) const;
     void balance_at_sheath(const SheathBalance& b, const Eigen::VectorXd& move,
                            Eigen::VectorXd& missing) const;
     void stiffness_at_sheath(const SheathBalance& b);
-    Vec3 along_by_way(double xi) const;
+    Vec3 along_by_way(const std::vector<BeamNode>& nodes, double length, double xi) const;
     std::array<double, 2> past_sheath_end(Eigen::VectorXd& y) const;
     double share_past_end(double way) const;
     void pass_sheath_end(double way, double turn);
     double accept_at_sheath(std::vector<Node6>& acting);
     double energy_in_sheath() const;
     Vec3 line_load(double t) const; ///< without weight [N/m]
+    // ... of dynamic steps: rod_feed.cpp
+    bool grows(int element) const; ///< it comes out of the sheath in the step
+    double first_length(const SheathEnd& end) const;
+    double xi_now(int element, double xi) const;
+    RodPlace place_on(const Motion& m, int element, double xi) const;
+    Vec6 velocity_before(double s) const;
+    void begin_motion_at_sheath();
+    void place_at_sheath();
+    SheathEnd part_way(double share) const; ///< of the step
+    Vec6 velocity_in_sheath() const;        ///< at the end of the step, of its nodes
+    void lead_base(Eigen::VectorXd& rest);
+    double base_off() const; ///< way to where it is led [m]
+    std::array<double, 2> base_forces(const SheathEnd& end) const;
+    double accept_motion_at_sheath(std::vector<Node6>& acting);
+    double energy_fed(double share) const;
     // dynamic steps
     void begin_memory();
     void dynamic_residual();
     void place_by_velocity();
     BeamNode half_way(int node) const; ///< of a dynamic step
     Motion between() const;            ///< where a step's one force is taken
-    Vec3 point_velocity(const std::vector<BeamNode>& nodes, const std::vector<Vec6>& velocity,
-                        int element, double xi) const;
+    Motion middle() const;             ///< where momentum changes
+    template <class Visit> void for_moving_mass(const Motion& middle, Visit visit) const;
+    void add_mass(const Motion& middle, double scale);
+    /// Loads less inner forces at a motion, and their tangent into K_.
+    Eigen::VectorXd missing_forces(const Motion& m, double t);
+    Vec3 point_velocity(const Motion& m, const std::vector<Vec6>& velocity, int element,
+                        double xi) const;
     Vec3 with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& at) const;
     double end_memory(); ///< carries on; returns what the rule and damping took [J]
 
@@ -361,8 +387,14 @@ private:
     struct AtSheath {                      ///< what was accepted, on its own mesh
         SheathEnd end;
         std::vector<BeamNode> nodes;
+        std::vector<Vec6> velocity;
         std::vector<Node6> acting;
     } accepted_;
+    SheathEnd led_;              ///< where a dynamic step leads the base: fed, turned
+    bool gives_in_step_ = false; ///< of a dynamic step: there is enough in the sheath to stretch
+    double passed_energy_ = 0;   ///< of what began or ended to be out as the step began [J]
+    int renewed_ = -1;           ///< last node whose filtered rates begin anew with the step's mesh
+    bool broken_ = false;        ///< the iterate leaves the element at the sheath's end no length
     double push_ = 0, torque_ = 0;  ///< at the accepted state [N], [N m]
     bool stable_ = true;            ///< the accepted balance
     double drag_ = 0;               ///< [N/m^2]
@@ -375,7 +407,7 @@ private:
         bool begun = false;
         std::vector<Vec6> velocity, force; ///< filtered rates
         std::vector<Vec6> force_now;       ///< inner forces less loads, at the state
-    } memory_;
+    } memory_, memory_at_start_;           ///< at the state; the same on the step's mesh
     std::vector<Vec6> past_velocity_, past_force_;
 
     Eigen::VectorXd path_; ///< last step along the path

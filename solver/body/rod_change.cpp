@@ -193,6 +193,10 @@ void RodBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eig
         return;
     }
     double most = 0;
+    if (material_) { // its base is where it is led
+        now_.end.fed = led_.fed;
+        now_.end.turned = led_.turned;
+    }
     for (std::size_t i = 0; i < now_.nodes.size(); ++i) {
         now_.velocity[i] += y.segment<6>(at6(i));
         most = std::max(most, step_.h * y.segment<3>(at6(i)).norm());

@@ -170,6 +170,14 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         } else {
             directions[i].hold_all();
         }
+        if (step_.dynamic) {
+            all[i].move = velocity_in_sheath() - m.velocity[std::size_t(node)];
+            if (node == sheath_.node && gives_in_sheath()) { // along and about it is free
+                all[i].move.head<3>() -= along_sheath().dot(all[i].move.head<3>()) * along_sheath();
+                all[i].move[3] = 0;
+            }
+            continue;
+        }
         for (int k = 0; k < 3; ++k)
             all[i].move[k] = first.difference(now, k);
         const auto turn = [](const BeamNode& n) {

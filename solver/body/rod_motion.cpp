@@ -16,10 +16,10 @@
 
 namespace amontons {
 
-Vec3 RodBody::point_velocity(const std::vector<BeamNode>& nodes, const std::vector<Vec6>& velocity,
-                             int e, double xi) const
+Vec3 RodBody::point_velocity(const Motion& m, const std::vector<Vec6>& velocity, int e,
+                             double xi) const
 {
-    const RodPlace p = rod_place(rod_, nodes, e, xi);
+    const RodPlace p = place_on(m, e, xi);
     return p.J.leftCols<6>() * velocity[std::size_t(e)] +
            p.J.rightCols<6>() * velocity[std::size_t(rod_.second(e))];
 }
@@ -35,18 +35,24 @@ void RodBody::begin_memory()
         }
         return;
     }
-    if (!memory_.begun) {
-        forces(state_, step_.start, inner_, load_);
-        memory_.force_now.resize(n);
-        for (std::size_t i = 0; i < n; ++i)
-            memory_.force_now[i] = ConstMap6(load_[i].value) - ConstMap6(inner_[i].value);
-        memory_.velocity = state_.velocity;
-        memory_.force = memory_.force_now;
-        memory_.begun = true;
+    // Filtered rates begin with the first ones; anew where a step has another mesh.
+    Memory& m = memory_at_start_;
+    if (!material_) m = memory_;
+    const std::size_t from_new = m.begun ? std::size_t(renewed_ + 1) : n;
+    if (from_new > 0) {
+        const Eigen::VectorXd f = missing_forces(state_, step_.start);
+        m.force_now.resize(n);
+        m.force.resize(n);
+        m.velocity.resize(n);
+        for (std::size_t i = 0; i < from_new; ++i) {
+            m.force_now[i] = m.force[i] = f.segment<6>(at6(i));
+            m.velocity[i] = state_.velocity[i];
+        }
+        m.begun = true;
     }
     for (std::size_t i = 0; i < n; ++i) {
-        past_velocity_[i] = rule.past(state_.velocity[i], memory_.velocity[i]);
-        past_force_[i] = rule.past(memory_.force_now[i], memory_.force[i]);
+        past_velocity_[i] = rule.past(state_.velocity[i], m.velocity[i]);
+        past_force_[i] = rule.past(m.force_now[i], m.force[i]);
     }
 }
 
@@ -60,6 +66,7 @@ void RodBody::place_by_velocity()
             now_.nodes[i].move(k, h * mean[k]);
         rotate_in_body(now_.nodes[i].q, h * mean.tail<3>());
     }
+    if (material_) place_at_sheath();
 }
 
 BeamNode RodBody::half_way(int node) const
@@ -85,7 +92,65 @@ RodBody::Motion RodBody::between() const
         rotate_in_body(m.nodes[i].q,
                        theta * step_.h * (theta * now_.velocity[i] + past_velocity_[i]).tail<3>());
     }
+    if (material_) m.end = part_way(theta);
     return m;
+}
+
+RodBody::Motion RodBody::middle() const
+{
+    Motion m = between();
+    for (std::size_t i = 0; step_.rule.filtered && i < m.nodes.size(); ++i)
+        m.nodes[i] = half_way(int(i));
+    if (material_ && step_.rule.filtered) m.end = part_way(0.5);
+    return m;
+}
+
+/// Calls visit(e, mass, xi, xi_end, xi_start) for points of the mass that is out at `middle`, whose
+/// mesh is taken: places on the element there and of the same material where the step ends and
+/// starts.
+template <class Visit> void RodBody::for_moving_mass(const Motion& middle, Visit visit) const
+{
+    double by_end = 1, by_start = 1;
+    if (out_of_sheath()) {
+        by_end = first_length(middle.end) / first_length(now_.end);
+        by_start = first_length(middle.end) / first_length(state_.end);
+    }
+    for_mass_points(
+        rod_,
+        [&](int e, double mass, double xi) {
+            const bool first = grows(e);
+            visit(e, mass, xi, first ? 1 - (1 - xi) * by_end : xi,
+                  first ? 1 - (1 - xi) * by_start : xi);
+        },
+        material_ ? sheath_.node : 0);
+}
+
+void RodBody::add_mass(const Motion& middle, double scale)
+{
+    if (!material_) return add_rod_mass(rod_, middle.nodes, scale, K_);
+    for_moving_mass(middle, [&](int e, double mass, double xi, double, double) {
+        const RodPlace p = place_on(middle, e, xi);
+        add_element_matrix(rod_, e, scale * mass * p.J.transpose() * p.J, K_);
+    });
+    for (int i = sheath_.node; i < rod_.node_count(); ++i) {
+        const Vec3 J = scale * rod_inertia(rod_, i, sheath_.node);
+        for (int k = 0; k < 3; ++k)
+            K_.chain.diagonal(i)(3 + k, 3 + k) += J[k];
+    }
+}
+
+Eigen::VectorXd RodBody::missing_forces(const Motion& m, double t)
+{
+    if (material_) take_sheath_end(m.end);
+    forces(m, t, inner_, load_);
+    Eigen::VectorXd f(unknowns());
+    for (std::size_t i = 0; i < m.nodes.size(); ++i)
+        f.segment<6>(at6(i)) = ConstMap6(load_[i].value) - ConstMap6(inner_[i].value);
+    if (!out_of_sheath()) return f;
+    const SheathBalance b = sheath_balance(m, t, true);
+    balance_at_sheath(b, {}, f);
+    if (gives_in_sheath()) stiffness_at_sheath(b);
+    return f;
 }
 
 /// The change of momentum that is missing into residual_, its matrix by end velocities into K_.
@@ -95,34 +160,31 @@ void RodBody::dynamic_residual()
     const TimeRule& rule = step_.rule;
     const Motion m = between();
     const double when = rule.filtered ? step_.end() : step_.start + rule.end * h;
-    forces(m, when, inner_, load_);
+    residual_ = missing_forces(m, when);
     K_.scale(h * rule.end * h * rule.end);
-    residual_.resize(unknowns());
     const double weight = rule.filtered ? rule.end : 1;
     // Momentum changes half way, where its moment is that of the change of angular momentum up to
     // the third order of the step; the filtered rule's forces are means of both ends.
-    Motion middle = m;
-    for (std::size_t i = 0; rule.filtered && i < m.nodes.size(); ++i)
-        middle.nodes[i] = half_way(int(i));
+    const Motion middle = rule.filtered ? this->middle() : m;
     for (std::size_t i = 0; i < m.nodes.size(); ++i)
         residual_.segment<6>(at6(i)) =
-            h *
-            (weight * (ConstMap6(load_[i].value) - ConstMap6(inner_[i].value)) + past_force_[i]);
-    add_rod_mass(rod_, middle.nodes, 1 + damping_ * h * rule.end, K_);
+            h * (weight * Vec6(residual_.segment<6>(at6(i))) + past_force_[i]);
+    if (material_) take_sheath_end(middle.end);
+    add_mass(middle, 1 + damping_ * h * rule.end);
     double largest = 0;
-    for_mass_points(rod_, [&](int e, double mass, double xi) {
-        const Vec3 now = point_velocity(now_.nodes, now_.velocity, e, xi),
-                   before = point_velocity(state_.nodes, state_.velocity, e, xi);
+    for_moving_mass(middle, [&](int e, double mass, double xi, double at_end, double at_start) {
+        const Vec3 now = point_velocity(now_, now_.velocity, e, at_end),
+                   before = point_velocity(state_, state_.velocity, e, at_start);
         const Vec3 mean = rule.end * now + (1 - rule.end) * before;
         const Vec3 p = mass * (now - before + damping_ * h * mean);
-        const Eigen::Matrix<double, 12, 1> v =
-            rod_place(rod_, middle.nodes, e, xi).J.transpose() * p;
+        const Eigen::Matrix<double, 12, 1> v = place_on(middle, e, xi).J.transpose() * p;
         residual_.segment<6>(6 * e) -= v.head<6>();
         residual_.segment<6>(6 * rod_.second(e)) -= v.tail<6>();
         largest = std::max({largest, mass * now.norm() / h, mass * before.norm() / h});
     });
-    for (std::size_t i = 0; i < m.nodes.size(); ++i) {
-        const Vec3 J = rod_inertia(rod_, int(i));
+    const int first = material_ ? sheath_.node : 0;
+    for (auto i = std::size_t(first); i < m.nodes.size(); ++i) {
+        const Vec3 J = rod_inertia(rod_, int(i), first);
         const Vec3 now = now_.velocity[i].tail<3>(), before = state_.velocity[i].tail<3>();
         const Vec3 spin = rule.end * now + (1 - rule.end) * before;
         residual_.segment<3>(at6(i) + 3) -= J.cwiseProduct(now - before + damping_ * h * spin) +
@@ -130,6 +192,7 @@ void RodBody::dynamic_residual()
         largest = std::max(largest, J.cwiseProduct(now).norm() / h / size_);
     }
     inertia_size_ = largest;
+    if (material_) take_sheath_end(now_.end);
 }
 
 double RodBody::end_memory()
@@ -139,38 +202,46 @@ double RodBody::end_memory()
     const TimeRule& rule = step_.rule;
     const double h = step_.h;
     double taken = 0;
-    std::vector<Node6> inner, load;
-    forces(state_, step_.start, inner, load);
-    std::vector<Node6> start_inner = inner;
-    forces(now_, step_.end(), inner, load);
+    const auto inner = [&](const Eigen::VectorXd& missing) { // as far as loads do not change it
+        Eigen::VectorXd f = -missing;
+        for (std::size_t i = 0; i < load_.size(); ++i)
+            f.segment<6>(at6(i)) += ConstMap6(load_[i].value);
+        return f;
+    };
+    const Eigen::VectorXd inner_start = inner(missing_forces(state_, step_.start)),
+                          missing = missing_forces(now_, step_.end()), inner_end = inner(missing);
     const double excess = rule.end - 0.5;
-    for_mass_points(rod_, [&](int e, double mass, double xi) {
-        const Vec3 now = point_velocity(now_.nodes, now_.velocity, e, xi),
-                   before = point_velocity(state_.nodes, state_.velocity, e, xi);
+    const Motion middle = this->middle();
+    if (material_) take_sheath_end(middle.end);
+    for_moving_mass(middle, [&](int e, double mass, double, double at_end, double at_start) {
+        const Vec3 now = point_velocity(now_, now_.velocity, e, at_end),
+                   before = point_velocity(state_, state_.velocity, e, at_start);
         const Vec3 mean = rule.end * now + (1 - rule.end) * before;
         taken += damping_ * h * mass * mean.squaredNorm();
         if (!rule.filtered) {
             taken += excess * mass * (now - before).squaredNorm();
         } else {
-            const Vec3 moved =
-                rod_point(rod_, now_.nodes, e, xi) - rod_point(rod_, state_.nodes, e, xi);
+            const Vec3 moved = place_on(now_, e, at_end).x - place_on(state_, e, at_start).x;
             taken += mass * (moved / h - 0.5 * (now + before)).dot(now - before);
         }
     });
-    for (std::size_t i = 0; i < now_.nodes.size(); ++i) {
-        Vec6 change = Vec6::Zero();
-        const Vec6 a = ConstMap6(start_inner[i].value), b = ConstMap6(inner[i].value);
-        if (!rule.filtered) change = excess * (b - a);
-        taken += change.dot(moved_[i]);
+    if (material_) take_sheath_end(now_.end);
+    for (std::size_t i = 0; i < now_.nodes.size() && !rule.filtered; ++i)
+        taken += excess * (inner_end - inner_start).segment<6>(at6(i)).dot(moved_[i]);
+    if (gives_in_sheath() && !rule.filtered) { // its base moves as it is led
+        const std::array<double, 2> start = base_forces(state_.end), end = base_forces(now_.end);
+        taken += excess * ((end[0] - start[0]) * (now_.end.fed - state_.end.fed) +
+                           (end[1] - start[1]) * (now_.end.turned - state_.end.turned));
     }
-    if (rule.filtered)
-        for (std::size_t i = 0; i < now_.nodes.size(); ++i) {
-            const Vec6 force = ConstMap6(load[i].value) - ConstMap6(inner[i].value);
-            memory_.velocity[i] =
-                rule.next(now_.velocity[i], state_.velocity[i], memory_.velocity[i]);
-            memory_.force[i] = rule.next(force, memory_.force_now[i], memory_.force[i]);
-            memory_.force_now[i] = force;
-        }
+    if (!rule.filtered) return taken;
+    Memory m = memory_at_start_;
+    for (std::size_t i = 0; i < now_.nodes.size(); ++i) {
+        const Vec6 force = missing.segment<6>(at6(i));
+        m.velocity[i] = rule.next(now_.velocity[i], state_.velocity[i], m.velocity[i]);
+        m.force[i] = rule.next(force, m.force_now[i], m.force[i]);
+        m.force_now[i] = force;
+    }
+    memory_ = std::move(m);
     return taken;
 }
 
@@ -179,6 +250,8 @@ double RodBody::speed() const
     double most = 0;
     for (const Vec6& v : state_.velocity)
         most = std::max(most, v.head<3>().norm());
+    if (material_ && step_.dynamic) // as fast as it is fed from here on
+        most = std::max(most, std::abs(led_.fed - state_.end.fed) / step_.h);
     return most;
 }
 
@@ -186,12 +259,16 @@ double RodBody::kinetic_energy() const
 {
     if (std::ranges::all_of(state_.velocity, [](const Vec6& v) { return v.isZero(0); })) return 0;
     double sum = 0;
-    for_mass_points(rod_, [&](int e, double mass, double xi) {
-        sum += 0.5 * mass * point_velocity(state_.nodes, state_.velocity, e, xi).squaredNorm();
-    });
-    for (std::size_t i = 0; i < state_.nodes.size(); ++i) {
+    const int first = material_ ? sheath_.node : 0;
+    for_mass_points(
+        rod_,
+        [&](int e, double mass, double xi) {
+            sum += 0.5 * mass * point_velocity(state_, state_.velocity, e, xi).squaredNorm();
+        },
+        first);
+    for (auto i = std::size_t(first); i < state_.nodes.size(); ++i) {
         const Vec3 w = state_.velocity[i].tail<3>();
-        sum += 0.5 * w.dot(rod_inertia(rod_, int(i)).cwiseProduct(w));
+        sum += 0.5 * w.dot(rod_inertia(rod_, int(i), first).cwiseProduct(w));
     }
     return sum;
 }
@@ -199,22 +276,29 @@ double RodBody::kinetic_energy() const
 Vec3 RodBody::momentum() const
 {
     Vec3 sum = Vec3::Zero();
-    for_mass_points(rod_, [&](int e, double mass, double xi) {
-        sum += mass * point_velocity(state_.nodes, state_.velocity, e, xi);
-    });
+    for_mass_points(
+        rod_,
+        [&](int e, double mass, double xi) {
+            sum += mass * point_velocity(state_, state_.velocity, e, xi);
+        },
+        material_ ? sheath_.node : 0);
     return sum;
 }
 
 Vec3 RodBody::angular_momentum() const
 {
     Vec3 sum = Vec3::Zero();
-    for_mass_points(rod_, [&](int e, double mass, double xi) {
-        sum += mass * rod_point(rod_, state_.nodes, e, xi)
-                          .cross(point_velocity(state_.nodes, state_.velocity, e, xi));
-    });
-    for (std::size_t i = 0; i < state_.nodes.size(); ++i)
+    const int first = material_ ? sheath_.node : 0;
+    for_mass_points(
+        rod_,
+        [&](int e, double mass, double xi) {
+            sum += mass *
+                   place_on(state_, e, xi).x.cross(point_velocity(state_, state_.velocity, e, xi));
+        },
+        first);
+    for (auto i = std::size_t(first); i < state_.nodes.size(); ++i)
         sum += rotation_matrix(state_.nodes[i].q) *
-               rod_inertia(rod_, int(i)).cwiseProduct(state_.velocity[i].tail<3>());
+               rod_inertia(rod_, int(i), first).cwiseProduct(state_.velocity[i].tail<3>());
     return sum;
 }
 
@@ -232,7 +316,7 @@ std::vector<double> RodBody::state() const
             s.insert(s.end(), v.data(), v.data() + 6);
         }
     };
-    add(state_.velocity);
+    add(material_ ? accepted_.velocity : state_.velocity);
     add(memory_.velocity);
     add(memory_.force);
     add(memory_.force_now);
@@ -294,7 +378,9 @@ void RodBody::set_state(std::span<const double> state)
         *x = state[at++];
     if (material_) {
         accepted_.nodes = state_.nodes;
+        accepted_.velocity = state_.velocity;
         accepted_.acting = acting_;
+        state_.end = accepted_.end;
         move_sheath_end(accepted_.end);
     }
     const bool path = state[at++] != 0;

@@ -18,14 +18,15 @@ constexpr double kTautRod = 1e3;   // tension times length squared of EI: bendin
 
 } // namespace
 
-Curve RodBody::curve_of(const std::vector<BeamNode>& nodes) const
+Curve RodBody::curve_of(const Motion& m) const
 {
+    const std::vector<BeamNode>& nodes = m.nodes;
     Curve c;
     c.closed = rod_.closed;
     c.start.push_back(0);
     for (int e = 0; e < rod_.element_count(); ++e) {
         const BeamNode &a = nodes[std::size_t(e)], &b = nodes[std::size_t(rod_.second(e))];
-        const double L = rod_.law[std::size_t(e)].length;
+        const double L = grows(e) ? first_length(m.end) : rod_.law[std::size_t(e)].length;
         c.pieces.push_back(
             {a.position(), b.position(), L * (rotation_matrix(a.q) * rod_.axis(e, 0)),
              L * (rotation_matrix(b.q) * rod_.axis(e, 1)), rod_.radius[std::size_t(e)]});
@@ -96,12 +97,12 @@ bool RodBody::starts_in_sheath(int node) const
 
 Curve RodBody::curve() const
 {
-    return curve_of(now_.nodes);
+    return curve_of(now_);
 }
 
 Curve RodBody::curve_before() const
 {
-    return curve_of(state_.nodes);
+    return curve_of(state_);
 }
 
 bool RodBody::holds(const CurvePlace& at, const Vec3& direction) const
@@ -228,7 +229,7 @@ RodBody::Line RodBody::line(const BodyPlace& at) const
     line.x = p.x;
     line.J = p.J;
     if (gives_in_sheath() && e == sheath_.node)
-        line.J.leftCols<3>() = along_by_way(t) * along_sheath().transpose();
+        line.J.leftCols<3>() = along_by_way(now_.nodes, L, t) * along_sheath().transpose();
     line.slope.setZero();
     line.bend.setZero();
     // Of places, and of tangents.
@@ -308,14 +309,16 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
         v.segment<3>(6 * i + 3) = rotation_matrix(n.q).transpose() * moment;
         return v;
     }
-    const RodPlace p = rod_place(rod_, now_.nodes, e, xi);
+    const double there = xi_now(e, xi), share = std::max(there, 0.0);
+    const RodPlace p = place_on(now_, e, there);
     Vec12 v = p.J.transpose() * direction;
-    if (gives_in_sheath() && e == sheath_.node)
-        v.head<3>() = along_by_way(xi).dot(direction) * along_sheath();
+    if (gives_in_sheath() && e == sheath_.node && !step_.dynamic)
+        v.head<3>() = along_by_way(now_.nodes, rod_.law[std::size_t(e)].length, xi).dot(direction) *
+                      along_sheath();
     const Vec3 moment = (at.point - p.x).cross(direction);
     for (int i = 0; i < 2; ++i)
         v.segment<3>(6 * i + 3) +=
-            (i == 0 ? 1 - xi : xi) *
+            (i == 0 ? 1 - share : share) *
             (rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * moment);
     return v;
 }
@@ -340,27 +343,30 @@ Vec3 RodBody::displacement(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
-    const std::optional<BeamNode> there = place_before(e, xi);
+    const double now = xi_now(e, xi), share = std::max(now, 0.0);
+    std::optional<BeamNode> there;
+    if (!step_.dynamic) there = place_before(e, xi);
     const Mat3 before = there ? rotation_matrix(there->q) : section(state_, e, xi);
     if (at.turns) {
-        const Eigen::Quaterniond turn(section(now_, e, xi) * before.transpose());
+        const Eigen::Quaterniond turn(section(now_, e, share) * before.transpose());
         return rotation_vector(turn);
     }
-    const Vec3 x = rod_point(rod_, now_.nodes, e, xi), arm = at.point - x;
-    const Vec3 turned = before * (section(now_, e, xi).transpose() * arm);
-    return x - (there ? there->position() : rod_point(rod_, state_.nodes, e, xi)) + arm - turned;
+    const Vec3 x = place_on(now_, e, now).x, arm = at.point - x;
+    const Vec3 turned = before * (section(now_, e, share).transpose() * arm);
+    return x - (there ? there->position() : place_on(state_, e, xi).x) + arm - turned;
 }
 
 Vec3 RodBody::velocity(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
-    const double xi = at.nodes[0].weight;
-    const Vec3 arm = at.point - rod_point(rod_, now_.nodes, e, xi);
+    const double xi = xi_now(e, at.nodes[0].weight), share = std::max(xi, 0.0);
+    const Vec3 arm = at.point - place_on(now_, e, xi).x;
     const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
-    const Vec3 spin = (1 - xi) * (rotation_matrix(now_.nodes[a].q) * now_.velocity[a].tail<3>()) +
-                      xi * (rotation_matrix(now_.nodes[b].q) * now_.velocity[b].tail<3>());
+    const Vec3 spin =
+        (1 - share) * (rotation_matrix(now_.nodes[a].q) * now_.velocity[a].tail<3>()) +
+        share * (rotation_matrix(now_.nodes[b].q) * now_.velocity[b].tail<3>());
     if (at.turns) return spin;
-    return point_velocity(now_.nodes, now_.velocity, e, xi) + spin.cross(arm);
+    return point_velocity(now_, now_.velocity, e, xi) + spin.cross(arm);
 }
 
 Vec3 RodBody::with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& at) const
@@ -368,13 +374,14 @@ Vec3 RodBody::with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& 
     // The place of the iterate's cross-section, at the state.
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
-    const Vec3 arm = section(state_, e, xi) * (section(now_, e, xi).transpose() *
-                                               (at.point - rod_point(rod_, now_.nodes, e, xi)));
+    const double now = xi_now(e, xi);
+    const Vec3 arm = section(state_, e, xi) * (section(now_, e, std::max(now, 0.0)).transpose() *
+                                               (at.point - place_on(now_, e, now).x));
     const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
     const Vec3 spin = (1 - xi) * (rotation_matrix(state_.nodes[a].q) * velocity[a].tail<3>()) +
                       xi * (rotation_matrix(state_.nodes[b].q) * velocity[b].tail<3>());
     if (at.turns) return spin;
-    return point_velocity(state_.nodes, velocity, e, xi) + spin.cross(arm);
+    return point_velocity(state_, velocity, e, xi) + spin.cross(arm);
 }
 
 Vec3 RodBody::start_velocity(const BodyPlace& at) const

@@ -91,17 +91,22 @@ Vec3 RodBody::along_sheath() const
     return first_axis(rod_.nodes[0].q);
 }
 
+bool RodBody::gives_at(double fed) const
+{
+    return rod_.length - fed > kGives * whole_[0].length;
+}
+
 bool RodBody::gives_in_sheath() const
 {
-    return out_of_sheath() && rod_.length - sheath_.fed > kGives * whole_[0].length;
+    if (step_.dynamic) return gives_in_step_;
+    return out_of_sheath() && gives_at(sheath_.fed);
 }
 
 HeldBase RodBody::held_base(const SheathEnd& at) const
 {
     HeldBase base{*material_};
     // Where hardly anything is in the sheath its end is the base, by whatever it is held.
-    if (!(rod_.length - at.fed > kGives * whole_[0].length))
-        base.compliance = base.turn_compliance = 1;
+    if (!gives_at(at.fed)) base.compliance = base.turn_compliance = 1;
     if (at.node < rod_.element_count()) base.next = rod_.s[std::size_t(at.node) + 1];
     base.base_insertion = at.fed;
     base.inserted = at.fed + at.stretch;
@@ -139,6 +144,12 @@ BeamNode RodBody::held_in_sheath(int node) const
 /// Takes a mesh, and its laws.
 void RodBody::move_sheath_end(const SheathEnd& next)
 {
+    take_sheath_end(next);
+    place_stations();
+}
+
+void RodBody::take_sheath_end(const SheathEnd& next)
+{
     const int elements = rod_.element_count();
     const auto beside = [&](int node, auto&& what) {
         for (int e = std::max(node - 1, 0); e < std::min(node + 1, elements); ++e)
@@ -153,7 +164,6 @@ void RodBody::move_sheath_end(const SheathEnd& next)
                 e == next.node ? law_at_end(held_base(next), 0)
                                : law_between(*material_, rod_.s[std::size_t(e)], next.s);
         });
-    place_stations();
 }
 
 /// Stations are places of the material: those that are out on the first element stand on it where
@@ -230,7 +240,7 @@ void RodBody::start_at_sheath()
     end.turned = end.rotation = base_turn(0);
     end.s = rod_.length - end.fed;
     end.node = node_at_end(end.s);
-    whole_stations_ = amontons::stations(curve_of(state_.nodes), input_.contact_spacing);
+    whole_stations_ = amontons::stations(curve_of(state_), input_.contact_spacing);
     move_sheath_end(end);
     const Vec3 along = along_sheath();
     for (BeamNode& n : state_.nodes)
@@ -239,7 +249,8 @@ void RodBody::start_at_sheath()
         for (int k = 0; k < 3; ++k)
             state_.nodes[std::size_t(end.node)].move(k, (end.s - rod_.s[std::size_t(end.node)]) *
                                                             along[k]);
-    accepted_ = {sheath_, state_.nodes, {}};
+    state_.end = sheath_;
+    accepted_ = {sheath_, state_.nodes, {}, {}};
 }
 
 /// A step begins: its mesh, with its places where the accepted state has them, and what acts there.
@@ -255,8 +266,7 @@ void RodBody::begin_at_sheath()
     if (!input_.plane) next.rotation += next.turned - last.turned; // a guess
     next.s = rod_.length - next.fed - next.stretch;
     next.node = node_at_end(rod_.length - next.fed);
-    if (next.node == rod_.element_count() ||
-        !(rod_.length - next.fed > kGives * whole_[0].length)) {
+    if (next.node == rod_.element_count() || !gives_at(next.fed)) {
         next.stretch = 0;
         next.rotation = next.turned;
         next.s = rod_.length - next.fed;
@@ -317,11 +327,11 @@ void RodBody::turn_with_sheath()
     }
 }
 
-RodBody::SheathBalance RodBody::sheath_balance(bool stiffness) const
+RodBody::SheathBalance RodBody::sheath_balance(const Motion& m, double t, bool stiffness) const
 {
     SheathBalance b;
     const auto f = std::size_t(sheath_.node);
-    const BeamNode &first = now_.nodes[f], &second = now_.nodes[f + 1];
+    const BeamNode &first = m.nodes[f], &second = m.nodes[f + 1];
     const ElementLaw& law = rod_.law[f];
     const HeldBase base = held_base(sheath_);
     const Growth grow = growth(base, first, second, law, 0);
@@ -329,7 +339,7 @@ RodBody::SheathBalance RodBody::sheath_balance(bool stiffness) const
     b.slope = grow.slope;
     b.torque = grow.torque;
     // A load along the rod, on the element that grows and on what is in the sheath.
-    const Vec3 load = line_load(step_.end()) + rod_.mass[f].per_length * step_.gravity;
+    const Vec3 load = line_load(t) + rod_.mass[f].per_length * step_.gravity;
     if (!load.isZero(0)) {
         const double L = law.length;
         const Vec3 a1 = first_axis(first.q), b1 = first_axis(second.q);
@@ -388,11 +398,10 @@ void RodBody::stiffness_at_sheath(const SheathBalance& b)
 }
 
 /// Derivative of a place of the material on the first element by its way at the sheath's end.
-Vec3 RodBody::along_by_way(double xi) const
+Vec3 RodBody::along_by_way(const std::vector<BeamNode>& nodes, double L, double xi) const
 {
     const auto f = std::size_t(sheath_.node);
-    const BeamNode &a = now_.nodes[f], &b = now_.nodes[f + 1];
-    const double L = rod_.law[f].length;
+    const BeamNode &a = nodes[f], &b = nodes[f + 1];
     const Vec3 ta = first_axis(a.q), tb = first_axis(b.q);
     const Hermite h = hermite(xi, L);
     const Vec3 by_xi = 6 * xi * (1 - xi) * (b.position() - a.position()) +

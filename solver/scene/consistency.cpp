@@ -280,9 +280,6 @@ void check_nesting(const BeamInput& a, const BeamInput& b, const Scene& scene,
                 break;
             }
     }
-    if (scene.time.kind == "dynamic")
-        findings.add({"/time/kind", pair}, "\"dynamic\"",
-                     "\"quasi_static\": instruments in one another have no inertia yet");
 }
 
 /// Of a contact law between a body and itself.

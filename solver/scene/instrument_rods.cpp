@@ -120,8 +120,6 @@ void check_instrument_rods(const Scene& scene, Findings& findings)
 {
     const std::string why = ": instruments beside other bodies, themselves or one another are rods "
                             "fed from a sheath";
-    if (scene.time.kind == "dynamic")
-        findings.add({"/time/kind", "/bodies"}, "\"dynamic\"", "\"quasi_static\"" + why);
     if (scene.time.path > 0)
         findings.add({"/time/path", "/bodies"}, fmt::format("{}", scene.time.path),
                      "0" + why + ", which steps in time");

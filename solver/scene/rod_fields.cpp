@@ -243,9 +243,6 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
         findings.add({place + "/drag", "/time/kind"}, fmt::format("{}", b.drag),
                      "0, or \"kind\": \"quasi_static\"; \"time.damping\" of motion");
     if (b.fed.empty()) return;
-    if (dynamic)
-        findings.add({place + "/fed", "/time/kind"}, "a sheath in a dynamic scene",
-                     "\"kind\": \"quasi_static\"");
     const bool natural = std::any_of(b.segments.begin(), b.segments.end(),
                                      [](const BeamSegment& s) { return s.curvature != 0; });
     const bool straight = !b.shape.closed && !b.shape.has_curve() &&

@@ -429,6 +429,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                             joined.push_back(side == 1 && c.to ? *c.to : c.at);
                 auto body = std::make_unique<RodBody>(input, curve ? &*curve : nullptr,
                                                       scene.time.damping, joined);
+                if (scene.time.kind == "dynamic") body->start_with_feed();
                 system->refs.push_back({body.get(), nullptr, nullptr, name, body.get()});
                 system->bodies.push_back(std::move(body));
             } catch (const InputError& error) {

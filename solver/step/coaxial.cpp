@@ -331,13 +331,13 @@ CoaxialStart mark_coaxial_start(const Coaxial& c)
     for (const Nesting& n : c.nestings) {
         start.nestings.push_back({n.inner->state, n.outer->state});
         start.touched.emplace_back();
-        if (!(n.friction > 0)) continue;
+        if (!(n.friction > 0) && !c.wires[0]->motion.dynamic) continue;
         find_nested(n, start.nestings.back(), -std::numeric_limits<double>::infinity(), contacts);
         for (const NestedContact& k : contacts) {
             if (k.across) continue;
             const Reaction& r = n.reaction[std::size_t(k.on_inner.index)];
             start.touched.back().push_back(
-                {k.on_inner.index, k.on_inner.n, n.friction * r.normal, r.tangential});
+                {k.on_inner.index, k.on_inner.n, r.normal, n.friction * r.normal, r.tangential});
         }
     }
     return start;
@@ -430,6 +430,23 @@ double coaxial_friction_work(const Coaxial& c, const CoaxialStart& start)
         }
         while (b != end)
             leave();
+    }
+    return sum;
+}
+
+double coaxial_normal_work(const Coaxial& c, const CoaxialStart& start)
+{
+    double sum = 0;
+    for (std::size_t i = 0; i < c.nestings.size(); ++i) {
+        const Nesting& n = c.nestings[i];
+        const auto half = [&](int index, double normal, const Vec3& along) {
+            return 0.5 * normal * along.dot(nested_motion(n, start.nestings[i], index, along));
+        };
+        for (const NestedBefore& b : start.touched[i])
+            sum += half(b.index, b.normal, b.n);
+        for (const NestedContact& k : c.contacts[i])
+            if (k.on_inner.normal > 0 && !k.across)
+                sum += half(k.on_inner.index, k.on_inner.normal, k.on_inner.n);
     }
     return sum;
 }

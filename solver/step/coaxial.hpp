@@ -32,8 +32,8 @@ struct CoaxialContact {
 struct NestedBefore {
     int index = 0; ///< into Nesting::reaction
     Vec3 n;
-    double bound = 0; ///< mu r_n [N]
-    Vec3 tangential;  ///< [N]
+    double normal = 0, bound = 0; ///< r_n, mu r_n [N]
+    Vec3 tangential;              ///< [N]
 };
 
 /// Where instruments were when a step began.
@@ -82,6 +82,9 @@ void solve_last_system(const Coaxial& c, std::vector<std::vector<Node6>>& x);
 
 /// As friction_work, in the bores [J].
 double coaxial_friction_work(const Coaxial& c, const CoaxialStart& start);
+/// Work of the normal reactions in the bores over a step in motion, on both instruments, by the
+/// trapezoid rule [J].
+double coaxial_normal_work(const Coaxial& c, const CoaxialStart& start);
 
 /// As solve_linearised and close_active_rows (coaxial_pivot.cpp).
 void solve_linearised(Coaxial& c, const Residual& residual, const NewtonOptions& options,

@@ -123,13 +123,16 @@ ViscousPull inertia_pull(const WireBody& b, const WireState& old, double h)
     return a;
 }
 
+namespace {
+
 // What implicit Euler, damping and impact take out is the work against inertia and damping, less
 // what became kinetic energy, less what contact gave beside friction; each by the trapezoid rule
 // of the force. For an oscillator that is 1/2 m |dv|^2 + 1/2 k |dx|^2 a step. Mass that comes out
 // of the sheath brings its kinetic energy along, and the drive has given it; what enters takes it
 // away.
-void update_dynamics(WireBody& b, const WireState& old, const StepStart& start, double h,
-                     EnergyRecord& energy)
+/// Of one wire; returns what it dissipated and the friction of walls.
+double update_inertia(WireBody& b, const WireState& old, const StepStart& start, double h,
+                      EnergyRecord& energy)
 {
     double against = 0, gained = 0;
     for (int i = 0; i <= b.wire.last(); ++i) {
@@ -156,8 +159,22 @@ void update_dynamics(WireBody& b, const WireState& old, const StepStart& start, 
         moment = b.motion.inertia[k].cwiseProduct((w - w0) / h + b.motion.damping * w);
         against += 0.5 * (f0 + force).dot(move) + 0.5 * (m0 + moment).dot(turn);
     }
-    energy.released = against - gained - contact_work(b, start) - energy.friction;
-    energy.kinetic = kinetic_energy(b);
+    energy.kinetic += kinetic_energy(b);
+    return against - gained - contact_work(b, start);
+}
+
+} // namespace
+
+void update_dynamics(WireGroup& g, const GroupState& old, const GroupStart& start, double h,
+                     EnergyRecord& energy)
+{
+    energy.kinetic = 0;
+    energy.released = -energy.friction;
+    for (std::size_t w = 0; w < g.wires.size(); ++w)
+        energy.released += update_inertia(*g.wires[w], old.wires[w], start.wires[w], h, energy);
+    if (g.coaxial) // of what acts in the bores friction is the one part, impacts are the other
+        energy.released += coaxial_friction_work(*g.coaxial, start.nested) -
+                           coaxial_normal_work(*g.coaxial, start.nested);
 }
 
 double kinetic_energy(const WireBody& b)

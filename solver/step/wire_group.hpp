@@ -84,9 +84,10 @@ BeamNode node_in(const Wire& wire, const WireState& state, int node);
 
 /// Inertia of implicit Euler as a pull towards x_n + h v_n / (1 + damping h).
 ViscousPull inertia_pull(const WireBody& body, const WireState& old, double h);
-/// Velocities and what they hold against at the end of a step; its kinetic energy and what it set
-/// free.
-void update_dynamics(WireBody& body, const WireState& old, const StepStart& start, double h,
+/// Velocities and inertia of all wires at the end of a step; their kinetic energy, the work of the
+/// drives for what has come out, and what the step dissipated.
+/// @param energy  in: work and friction of the step
+void update_dynamics(WireGroup& group, const GroupState& old, const GroupStart& start, double h,
                      EnergyRecord& energy);
 
 } // namespace amontons

@@ -72,7 +72,8 @@ StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double leng
 
     drive(g, to);
     std::vector<ViscousPull> anchors(g.wires.size());
-    if (dynamic) anchors[0] = inertia_pull(*g.wires[0], old.wires[0], length);
+    for (std::size_t w = 0; w < anchors.size() && dynamic; ++w)
+        anchors[w] = inertia_pull(*g.wires[w], old.wires[w], length);
     const NewtonReport newton = solve(g, start, anchors, options);
     add(r.newton, newton);
     if (!newton.converged) {
@@ -106,7 +107,7 @@ StepReport try_step(WireGroup& g, const std::vector<BaseTarget>& to, double leng
         refuse(g, old, r, "a wall was passed");
         return r;
     }
-    if (dynamic) update_dynamics(*g.wires[0], old.wires[0], start.wires[0], length, r.energy);
+    if (dynamic) update_dynamics(g, old, start, length, r.energy);
     r.energy.work_absolute = std::abs(r.energy.work);
     r.accepted = true;
     return r;

@@ -345,6 +345,12 @@ TEST_CASE("rods continue from a saved state bit by bit, at rest, on their path a
     check_resumes(fmt::format(R"("bodies": {{{}, {}}}, {}, {})",
                               rod("exact", R"("fed": [[0, 0.05], [1, 0.15]])"), kPlane, on_floor,
                               quasi_static(0.05, 1)));
+    for (const std::string& rule : kRules)
+        for (const char* fed :
+             {"[[0, 0.05], [0.02, 0.055], [0.05, 0.048]]", "[[0, 0.001], [0.03, 0], [0.05, 0.01]]"})
+            check_resumes(fmt::format(R"("bodies": {{{}, {}}}, {}, {})",
+                                      rod("exact", fmt::format(R"("fed": {})", fed)), kPlane,
+                                      on_floor, dynamic(2e-3, 0.05, rule)));
     check_resumes(fmt::format(R"("bodies": {{{}}}, {}, "time": {{"step": 0.05, "end": 1,
         "path": 0.002}})",
                               rod("exact", held), kGravityDown));
@@ -580,12 +586,14 @@ TEST_CASE("wires, nested instruments and vessels that are compliant continue fro
                       time);
     check_resumes("\"bodies\": {" + tube + ", " + wire("wire", 4.445e-4, "") + "}, " + contact +
                   R"("gravity": [0, 0, -9.81], )" + quasi_static(0.05, 1));
-    check_resumes("\"bodies\": {" + tube + ", " + wire("wire", 3e-4, "") + ", " +
-                  wire("sheath", 8e-4, R"(, "inner_radius": 4e-4)") +
-                  R"(}, "contact": [{"between": ["wire", "tube"], "friction": 0.1},
-                  {"between": ["sheath", "tube"], "friction": 0.1},
-                  {"between": ["wire", "sheath"], "friction": 0.05}], )" +
-                  quasi_static(0.05, 0.5));
+    for (const std::string& time :
+         {quasi_static(0.05, 0.5), dynamic(0.01, 0.1, R"("damping": 20)")})
+        check_resumes("\"bodies\": {" + tube + ", " + wire("wire", 3e-4, "") + ", " +
+                      wire("sheath", 8e-4, R"(, "inner_radius": 4e-4)") +
+                      R"(}, "contact": [{"between": ["wire", "tube"], "friction": 0.1},
+                      {"between": ["sheath", "tube"], "friction": 0.1},
+                      {"between": ["wire", "sheath"], "friction": 0.05}], )" +
+                      time);
     check_resumes("\"bodies\": {" + tube + ", " + wire("wire", 4.445e-4, "") +
                   R"(}, "contact": [{"between": ["wire", "tube"], "friction": 0.1,
                      "foundation": 1e5}], )" +

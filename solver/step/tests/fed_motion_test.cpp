@@ -1,0 +1,280 @@
+#include "solver/step/tests/body_runs.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <fmt/format.h>
+#include <numbers>
+
+// Rods that come out of a sheath, in motion: what comes out brings its velocity along.
+
+using namespace amontons;
+
+namespace {
+
+// Nothing meets it, but with it in the scene instruments are rods.
+constexpr const char* kFarBody = R"("far": {"kind": "rigid", "shape": {"generate": "ball",
+    "radius": 0.001}, "mass": 1, "start": {"place": [5, 5, 5]}, "drive": {"x": 0, "y": 0, "z": 0}},)";
+constexpr double kDensity = 8000, kRadius = 4e-4;
+
+/// A curve of constant acceleration, by a table.
+std::string accelerated(double from, double acceleration, double T, int parts)
+{
+    std::string points;
+    for (int i = 0; i <= parts; ++i) {
+        const double t = T * i / parts;
+        points += fmt::format("{}[{:.17g}, {:.17g}]", i ? ", " : "", t,
+                              from + 0.5 * acceleration * t * t);
+    }
+    return "[" + points + "]";
+}
+
+/// A wire of steel that comes out sideways and falls, in free space.
+struct Falling {
+    int steps = 100;
+    const char* rule = R"("theta": 1)";
+    double element = 5e-3, T = 0.1;
+    std::string fed = "[[0, 0.05], [0.1, 0.08]]"; // a table's knots would be blows
+    const char* twist = "";
+    const char* other = kFarBody;
+
+    std::string scene() const
+    {
+        return fmt::format(R"("gravity": [0, 0, -9.81], "bodies": {{{0} "wire": {{"kind": "beam",
+            "segments": [{{"length": 0.15, "radius": {1}, "EI": 2e-4, "element": {2}, "density": {3}}}],
+            "drive": {{"insertion": {4} {5}}}}}}},
+            "time": {{"kind": "dynamic", "step": {6:.17g}, "end": {7}, {8}}},
+            "accuracy": {{"contact": 1e-12}})",
+                           other, kRadius, element, kDensity, fed, twist, T / steps, T, rule);
+    }
+};
+
+/// Order of convergence of a value by three runs, each with half the step of the one before.
+double order_of(double a, double b, double c)
+{
+    return std::log2(std::abs((a - b) / (b - c)));
+}
+
+const double kLineMass = kDensity * std::numbers::pi * kRadius * kRadius; // [kg/m]
+
+} // namespace
+
+TEST_CASE("a fed wire that nothing moves in is a rod that is clamped at its length")
+{
+    // The same nodes out of a clamp: 50 mm of elements of 5 mm.
+    for (const char* rule :
+         {R"("theta": 1)", R"("theta": 0.5)", R"("rule": "generalised_alpha")"}) {
+        CAPTURE(rule);
+        Falling f;
+        f.steps = 40;
+        f.rule = rule;
+        f.fed = "[[0, 0.05], [1, 0.05]]";
+        const Result fed = done(f.scene());
+        const Result clamped = done(fmt::format(
+            R"("gravity": [0, 0, -9.81], "bodies": {{"wire": {{"kind": "rod", "segments": [
+            {{"length": 0.05, "radius": {0}, "EI": 2e-4, "element": 5e-3, "density": {1}}}],
+            "shape": {{"start": [0, 0, 0], "direction": [1, 0, 0]}}, "hold": [{{"set": "start"}}]}}}},
+            "time": {{"kind": "dynamic", "step": 0.0025, "end": 0.1, {2}}},
+            "accuracy": {{"contact": 1e-12}})",
+            kRadius, kDensity, rule));
+        REQUIRE(fed.records.size() == clamped.records.size());
+        for (const std::size_t i : {std::size_t(5), std::size_t(20), std::size_t(40)})
+            CHECK(fed.value("wire_tip_z", i) ==
+                  doctest::Approx(clamped.value("wire_end_z", i)).epsilon(1e-6));
+        CHECK(std::abs(fed.value("wire_tip_z")) > 1e-4);
+    }
+}
+
+TEST_CASE(
+    "a straight wire that is fed at constant acceleration is pushed with its mass that is out")
+{
+    // d/dt of nothing that passes the end: it has the velocity that it had inside.
+    const double a = 2, from = 0.03, T = 0.1;
+    for (const char* rule : {R"("theta": 1)", R"("theta": 0.5)",
+                             R"("rule": "generalised_alpha", "spectral_radius": 0.5)"}) {
+        CAPTURE(rule);
+        for (const int steps : {20, 40}) {
+            CAPTURE(steps);
+            const std::string scene = fmt::format(
+                R"("bodies": {{{0} "wire": {{"kind": "beam", "segments": [{{"length": 0.15,
+                "radius": {1}, "EI": 2e-4, "element": 5e-3, "density": {2}}}],
+                "drive": {{"insertion": {3}}}}}}},
+                "time": {{"kind": "dynamic", "step": {4:.17g}, "end": {5}, {6}}},
+                "accuracy": {{"contact": 1e-12}})",
+                kFarBody, kRadius, kDensity, accelerated(from, a, T, steps), T / steps, T, rule);
+            const Result r = done(scene);
+            const double h = T / steps;
+            const auto out_at = [&](double t) { return from + 0.5 * a * t * t; };
+            // By implicit Euler the force where a step ends. Other rules keep or filter the axial
+            // wave that each knot of the table excites: the mean of two steps.
+            const std::size_t last = r.records.size() - 1;
+            const bool euler = std::string(rule).find('1') != std::string::npos;
+            const double push = r.value("wire_push_force", last),
+                         before = r.value("wire_push_force", last - 1);
+            if (euler)
+                CHECK(push == doctest::Approx(kLineMass * a * out_at(T)).epsilon(1e-6));
+            else
+                CHECK(0.5 * (push + before) ==
+                      doctest::Approx(kLineMass * a * out_at(T - h)).epsilon(0.03));
+            // Its kinetic energy is what the drive has given it, inside and out.
+            const double speed = a * T, out = out_at(T);
+            CHECK(r.summary.energy.kinetic == doctest::Approx(0.5 * kLineMass * out * speed * speed)
+                                                  .epsilon(euler ? 1.1 * h / T : 0.05));
+            CHECK(std::abs(r.summary.energy.error()) <
+                  1e-3 * std::abs(r.summary.energy.work_absolute));
+        }
+    }
+}
+
+TEST_CASE("a straight wire that is fed at constant speed needs no push: no momentum is made")
+{
+    // A flux of momentum through the end of the sheath would be m_l v^2 = 4 mN.
+    for (const char* rule : {R"("theta": 1)", R"("theta": 0.5)", R"("rule": "generalised_alpha")"})
+        for (const char* fed : {"[[0, 0.03], [0.1, 0.13]]", "[[0, 0.13], [0.1, 0.03]]"}) {
+            CAPTURE(rule);
+            CAPTURE(fed);
+            const Result r = done(fmt::format(
+                R"("bodies": {{{} "wire": {{"kind": "beam", "segments": [{{"length": 0.15,
+                "radius": {}, "EI": 2e-4, "element": 5e-3, "density": {}}}],
+                "drive": {{"insertion": {}}}}}}},
+                "time": {{"kind": "dynamic", "step": 2e-3, "end": 0.1, {}}},
+                "accuracy": {{"contact": 1e-12}})",
+                kFarBody, kRadius, kDensity, fed, rule));
+            for (std::size_t i = 1; i < r.records.size(); ++i)
+                CHECK(std::abs(r.value("wire_push_force", i)) < 1e-6 * kLineMass);
+            const double start = 0.5 * kLineMass * std::abs(r.value("wire_depth", 0)), // 1 m/s
+                end = 0.5 * kLineMass * std::abs(r.value("wire_depth"));
+            CHECK(r.summary.energy.kinetic == doctest::Approx(end).epsilon(1e-6));
+            CHECK(r.summary.energy.work == doctest::Approx(end - start).epsilon(1e-6));
+            CHECK(std::abs(r.summary.energy.error()) < 1e-6 * end);
+        }
+}
+
+TEST_CASE("a falling wire that comes out moves to second order of the step" *
+          doctest::test_suite("slow"))
+{
+    for (const char* rule :
+         {R"("theta": 0.5)", R"("rule": "generalised_alpha", "spectral_radius": 0.5)"}) {
+        CAPTURE(rule);
+        double z[3] = {}, x[3] = {}, error[3] = {};
+        for (int k = 0; k < 3; ++k) {
+            Falling f;
+            f.T = 0.03;
+            f.steps = 150 << k;
+            f.rule = rule;
+            f.fed = "[[0, 0.051], [0.03, 0.0515]]";
+            const Result r = done(f.scene());
+            z[k] = r.value("wire_tip_z");
+            x[k] = r.value("wire_tip_x");
+            error[k] = std::abs(r.summary.energy.error()) / r.summary.energy.work_absolute;
+        }
+        CAPTURE(z[2]);
+        CHECK(z[2] < -1e-4);
+        CHECK(order_of(z[0], z[1], z[2]) > 1.8);
+        CHECK(order_of(x[0], x[1], x[2]) > 1.8);
+        CHECK(error[2] < 1e-4);
+    }
+}
+
+TEST_CASE("a wire whose tip is moved as it comes out moves as a rod as it does alone" *
+          doctest::test_suite("slow"))
+{
+    // Both by implicit Euler; the one has masses at its nodes and none in half of the element that
+    // comes out, the other that of its cubic line: their kinetic energies differ by an element.
+    for (const double element : {5e-3, 2.5e-3})
+        for (const int steps : {100, 200, 400}) {
+            CAPTURE(element);
+            CAPTURE(steps);
+            const auto moved = [&](const char* other) {
+                return done(fmt::format(
+                    R"("bodies": {{{0} "wire": {{"kind": "beam", "segments": [{{"length": 0.15,
+                    "radius": {1}, "EI": 2e-4, "element": {2}, "density": {3}}}],
+                    "hold": {{"x": [[0, 0], [0.02, 0.009]], "y": [[0, 0], [0.02, 0.004]], "turns": "held"}},
+                    "drive": {{"insertion": [[0, 0.05], [0.02, 0.06]]}}}}}},
+                    "time": {{"kind": "dynamic", "step": {4:.17g}, "end": 0.02}},
+                    "accuracy": {{"contact": 1e-12}})",
+                    other, kRadius, element, kDensity, 0.02 / steps));
+            };
+            const Result rod = moved(kFarBody), wire = moved("");
+            CHECK(rod.value("wire_push_force") ==
+                  doctest::Approx(wire.value("push_force")).epsilon(1e-3));
+            CHECK(rod.summary.energy.elastic ==
+                  doctest::Approx(wire.summary.energy.elastic).epsilon(3e-5));
+            CHECK(rod.summary.energy.kinetic ==
+                  doctest::Approx(wire.summary.energy.kinetic).epsilon(10 * element));
+            CHECK(std::abs(rod.summary.energy.error()) < 1e-3 * rod.summary.energy.work_absolute);
+        }
+}
+
+TEST_CASE("a wire that is drawn in whole and comes out again keeps its energy balance")
+{
+    Falling f;
+    f.T = 0.4;
+    f.steps = 400;
+    f.fed = "[[0, 0.03], [0.15, 0], [0.2, 0], [0.4, 0.04]]";
+    f.rule = R"("rule": "generalised_alpha", "spectral_radius": 0.3)";
+    const Result r = done(f.scene());
+    CHECK(r.value("wire_depth") == doctest::Approx(0.04).epsilon(1e-6));
+    CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work_absolute);
+}
+
+TEST_CASE("a wire that pushes a free box at constant acceleration: m a + mu m g")
+{
+    const double mass = 2e-4, friction = 0.3, a = 3, T = 0.1;
+    const int steps = 100;
+    for (const char* rule : {R"("theta": 1)", R"("theta": 0.5)",
+                             R"("rule": "generalised_alpha", "spectral_radius": 0.5)"}) {
+        CAPTURE(rule);
+        const Result r = done(fmt::format(
+            R"("gravity": [0, 0, -9.81], "bodies": {{
+            "floor": {{"kind": "obstacle", "surface": {{"generate": "plane"}}}},
+            "body": {{"kind": "rigid", "shape": {{"generate": "box", "size": [0.004, 0.004, 0.004]}},
+                "mass": {0}, "start": {{"place": [0.0222, 0, 0.002]}}}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 2e-4, "EI": 1e-3,
+                "element": 2.5e-3, "density": 1}}],
+                "introducer": {{"at": [0, 0, 0.002], "direction": [1, 0, 0]}},
+                "drive": {{"insertion": {1}}}}}}},
+            "contact": [{{"between": ["body", "floor"], "friction": {2}}},
+                        {{"between": ["wire", "body"]}}],
+            "time": {{"kind": "dynamic", "step": {3:.17g}, "end": {4}, {5}}},
+            "accuracy": {{"contact": 1e-10}})",
+            mass, accelerated(0.02, a, T, steps), friction, T / steps, T, rule));
+        const double wire =
+            1 * std::numbers::pi * 4e-8 * 0.035 * a; // its own inertia, below 1e-5 of it
+        const double push = mass * a + friction * mass * kGravity;
+        REQUIRE(wire < 1e-4 * push);
+        // Of other rules than implicit Euler the mean over two steps: see above.
+        for (const std::size_t i : {std::size_t(20), std::size_t(60), r.records.size() - 1})
+            CHECK(0.5 * (r.value("wire_push_force", i) + r.value("wire_push_force", i - 1)) ==
+                  doctest::Approx(push).epsilon(5e-3));
+        CHECK(r.value("body_velocity_x") == doctest::Approx(a * T).epsilon(0.02));
+        CHECK(r.summary.uncertified_steps == 0);
+    }
+}
+
+TEST_CASE("two wires that come out side by side strike the wall of a bend and come to rest" *
+          doctest::test_suite("slow"))
+{
+    // Both come out quickly into a bend, strike its wall and each other, and come to rest.
+    std::string wires, pairs;
+    for (int w = 0; w < 2; ++w) {
+        wires += fmt::format(R"("w{0}": {{"kind": "beam", "segments": [{{"length": 0.1,
+            "radius": 4e-4, "EI": {1}, "element": 2.5e-3, "density": 8000}}],
+            "introducer": {{"at": [0.001, 0, {2}], "direction": [1, 0, 0]}},
+            "drive": {{"insertion": [[0, 0.01], [0.1, 0.045], [0.14, 0.045]]}}}},)",
+                             w, w == 0 ? 2e-4 : 1e-4, w == 0 ? 5e-4 : -5e-4);
+        pairs += fmt::format(R"({{"between": ["w{}", "tube"], "friction": 0.1}},)", w);
+    }
+    const Result r = done(fmt::format(
+        R"("bodies": {{{} "tube": {{"kind": "obstacle", "surface": {{"generate": "tube", "radius": 0.002,
+        "centreline": {{"normal": [0, 1, 0], "pieces": [{{"length": 0.02}},
+        {{"radius": 0.03, "angle": 1.2}}]}}}}}}}},
+        "contact": [{} {{"between": ["w0", "w1"], "friction": 0.1}}],
+        "time": {{"kind": "dynamic", "step": 1e-3, "end": 0.14, "damping": 50}})",
+        wires, pairs));
+    CHECK(r.summary.uncertified_steps == 0);
+    CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work_absolute);
+    CHECK(r.summary.energy.friction > 0);
+    CHECK(r.summary.energy.kinetic < 1e-3 * r.summary.energy.elastic);
+    for (const char* name : {"w0_depth", "w1_depth"})
+        CHECK(r.value(name) == doctest::Approx(0.045).epsilon(1e-3));
+}
