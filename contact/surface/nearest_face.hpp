@@ -44,7 +44,8 @@ public:
             const Facet& facet = faces_.facets[static_cast<std::size_t>(number)];
             const FacetPoint p = nearest_on(facet, x);
             const double distance = (x - p.place).squaredNorm();
-            // A skin that the point lies in, as flush bodies do in each other's sides, shows no side.
+            // A skin that the point lies in, as flush bodies do in each other's sides, shows no
+            // side.
             const double off = facet.normal.dot(x - p.place);
             if (distance < least_of_all && std::abs(off) > kFootRoundOff * facet.size) {
                 least_of_all = distance;
