@@ -7,9 +7,8 @@
 namespace amontons {
 namespace {
 
-/// Off the normal by this part of the distance, and of a facet's size for round-off.
+/// Off the normal by this part of the distance.
 constexpr double kOblique = 0.6;
-constexpr double kFootRoundOff = 1e-9;
 
 } // namespace
 

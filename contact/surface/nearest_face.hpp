@@ -2,6 +2,9 @@
 
 #include "contact/surface/facets.hpp"
 
+#include <cmath>
+#include <limits>
+
 namespace amontons {
 
 /// The point of a facet nearest to x, and where it is on the reference face.
@@ -41,9 +44,12 @@ public:
             const Facet& facet = faces_.facets[static_cast<std::size_t>(number)];
             const FacetPoint p = nearest_on(facet, x);
             const double distance = (x - p.place).squaredNorm();
-            if (distance < least_of_all) {
+            // A skin that the point lies in, as flush bodies do in each other's sides, shows no
+            // side.
+            const double off = facet.normal.dot(x - p.place);
+            if (distance < least_of_all && std::abs(off) > kFootRoundOff * facet.size) {
                 least_of_all = distance;
-                inside = facet.normal.dot(x - p.place) < 0;
+                inside = off < 0;
             }
             if (distance > least || (distance == least && &facet > found.facet)) return;
             if (!accept(facet)) return;
@@ -63,6 +69,8 @@ public:
     static bool is_over(const Vec3& apart, const Vec3& normal, const Facet& facet);
 
 private:
+    static constexpr double kFootRoundOff = 1e-9; // of a facet's size
+
     const FacetTree& faces_;
 };
 

@@ -203,7 +203,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
     std::optional<SmoothNormals> normals_now;
     if (!other.fixed) {
         now.emplace(facets_of(other.surface, other.places));
-        normals_now.emplace(other.surface, other.places);
+        normals_now = amontons::smooth_normals(other);
     }
     const NearestFace faces(other.fixed ? other.fixed->faces : *now);
     const SmoothNormals& smooth = other.fixed ? other.fixed->normals : *normals_now;
@@ -252,6 +252,11 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
 }
 
 } // namespace
+
+SmoothNormals smooth_normals(const SharpSurface& s)
+{
+    return SmoothNormals(s.surface, s.places, SmoothNormals::kSharp, s.at_rest);
+}
 
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& s)
 {
@@ -354,7 +359,7 @@ void Finder::edges_across_edges()
     };
     const auto smooth_normals = [&](const SharpSurface& s, bool master) -> const SmoothNormals& {
         if (s.fixed) return s.fixed->normals;
-        if (!smooth[master]) smooth[master].emplace(s.surface, s.places);
+        if (!smooth[master]) smooth[master] = amontons::smooth_normals(s);
         return *smooth[master];
     };
     std::vector<Crossing> found;

@@ -1,6 +1,7 @@
 #pragma once
 
 #include "contact/surface/contact_points.hpp"
+#include "contact/surface/smooth_normals.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/extract_surface.hpp"
 #include "mesh/wall.hpp"
@@ -49,7 +50,13 @@ struct SharpSurface {
     const SharpFeatures& features;
     std::span<const Vec3> places;      ///< of all nodes of the mesh [m]
     const FixedShape* fixed = nullptr; ///< of a surface that does not bend: what searches need
+    /// Of all nodes: what is sharp there is sharp, what a load dents is not; empty: as `places` [m].
+    std::span<const Vec3> at_rest = {};
 };
+
+/// Its normals, which do not jump from face to face.
+SmoothNormals smooth_normals(const SharpSurface& surface);
+
 
 /// Unit directions of the chains at the two nodes of each sharp piece.
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& surface);

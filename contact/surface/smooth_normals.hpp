@@ -13,11 +13,13 @@ namespace amontons {
 /// pressed. Sharp edges part them and stay sharp.
 class SmoothNormals {
 public:
+    static constexpr double kSharp = std::numbers::pi / 6; ///< [rad]
+
     /// @param places  of all nodes of the mesh, finite [m]
     /// @param sharp   edges with a larger angle between their faces' normals stay sharp [rad]
     /// @param at_rest  where that angle is examined, of all nodes [m]; empty: at `places`
     SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
-                  double sharp = std::numbers::pi / 6, std::span<const Vec3> at_rest = {});
+                  double sharp = kSharp, std::span<const Vec3> at_rest = {});
 
     /// The unit normal of a face with these values of its shape functions.
     Vec3 normal(std::int32_t face, const PerNode& values) const;

@@ -125,6 +125,52 @@ TEST_CASE("a corner on a face from either body but none where faces meet")
     }
 }
 
+TEST_CASE("corners that are flush with the sides of the other body touch it on both")
+{
+    for (int k = 0; k < 12; ++k) { // round-off puts them outside or inside of the sides
+        CAPTURE(k);
+        Sharp lower =
+            sharp_body(box_body(ElementKind::H8, {-0.05, 0, -0.02}, {0.05, 0.0635, 0}, {5, 1, 1}));
+        TouchingBody b = box_body(ElementKind::H8, {0, 0, 0}, {0.02, 0.0635, 0.02}, {1, 1, 1});
+        b.move(turn(-0.5, Vec3::UnitY(), {0.003, 0, -1e-4}));
+        const auto way = turn(0.3 * k, Vec3(1, 0.4 * k, -2));
+        b.move(way);
+        lower.body.move(way);
+        const Sharp upper = sharp_body(std::move(b));
+        int corners = 0;
+        for (const SurfaceContact& c : sharp_contacts(upper.now(), lower.now(), 1e-3).contact)
+            corners += c.slave_end == c.slave_begin + 1 && std::abs(c.gap + 1e-4) < 1e-12;
+        CHECK(corners == 2);
+    }
+}
+
+TEST_CASE("a surface that was flat at rest stays smooth however far it is dented")
+{
+    // A floor of squares, pressed down along the line y = 0; a cube stands on its corner beside it.
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        TouchingBody cube = box_body(kind, {0, 0, 0}, {0.02, 0.02, 0.02}, {1, 1, 1});
+        const Sharp floor =
+            sharp_body(box_body(kind, {-0.06, -0.04, -0.02}, {0.06, 0.04, 0}, {6, 4, 1}));
+        std::vector<Vec3> normals;
+        for (const double angle : {0.2, 0.5, 0.52, 0.53, 0.55}) { // between the faces; 30 degrees
+            std::vector<Vec3> places = floor.body.mesh.nodes;
+            for (Vec3& x : places)
+                x.z() += std::tan(angle / 2) * std::min(std::abs(x.y()), 0.02);
+            TouchingBody b = cube;
+            b.move(turn(0.5, Vec3(1, -0.7, 0), {0.003, 0.001, std::tan(angle / 2) * 0.001 - 1e-4}));
+            const Sharp tilted = sharp_body(std::move(b));
+            const SharpSurface now{floor.body.surface, floor.sharp, places, nullptr,
+                                   floor.body.mesh.nodes};
+            const SurfaceContacts found = sharp_contacts(tilted.now(), now, 1e-3);
+            REQUIRE(!found.contact.empty());
+            normals.push_back(found.contact[0].normal);
+        }
+        for (std::size_t i = 2; i < normals.size(); ++i) // near the middle of the dent
+            CHECK((normals[i] - normals[i - 1]).norm() < 0.02);
+    }
+}
+
 TEST_CASE("an edge on a face meets each edge of the mesh below it once")
 {
     // A mesh of squares: the edge of a rigid bar along x crosses the lines x = const.

@@ -160,7 +160,8 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             const std::span<const Vec3> places = of_b ? a.solid->places() : b->places();
             faces.emplace(PlacedSurface{*facets, places}, near);
             if (faces->empty()) continue;
-            smooth.emplace(facets->surface(), places);
+            smooth.emplace(facets->surface(), places, SmoothNormals::kSharp,
+                           (of_b ? a.solid : b)->mesh().nodes);
         }
         std::int32_t hint = -1;
         for (const PlaceRow& r : rows_[std::size_t(pair)]) {
