@@ -57,7 +57,6 @@ struct SharpSurface {
 /// Its normals, which do not jump from face to face.
 SmoothNormals smooth_normals(const SharpSurface& surface);
 
-
 /// Unit directions of the chains at the two nodes of each sharp piece.
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& surface);
 /// The box that a piece is searched for in, and a margin around [m].

@@ -294,7 +294,7 @@ TEST_CASE("threads and samples that an earlier run has left change no bit of an 
     CHECK(wall.keep()[0].find("ignored: damaged") != std::string::npos);
 }
 
-TEST_CASE("with more threads than one, samples are taken ahead of a point that moves; the bits stay")
+TEST_CASE("with more threads than one, samples are taken ahead of a point that moves and no bit changes")
 {
     const auto along = [](const DistanceField& wall, double to) {
         std::vector<double> found;
