@@ -3,6 +3,7 @@
 
 #include "validation/random/pieces.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 
@@ -150,8 +151,9 @@ RandomScene draw_crowd_pressed(Draw& draw)
     for (int k = 0; k < count; ++k) {
         const std::string name = fmt::format("body{}", k);
         const double y = four_digits(size * draw.real(-0.03, 0.03)), wide = 0.6 * size;
+        // What gives way stands last, or before a wall.
         const std::string what = k + 1 < count ? draw.one_of({"box", "ball", "solid", "rod"})
-                                               : draw.one_of({"solid", "rod", "wall"});
+                                               : draw.one_of({"solid", "rod"});
         Json body;
         double right = x + gap + wide;
         const Vec3 at(x + gap + 0.5 * wide, y, 0.5 * wide);
@@ -163,15 +165,12 @@ RandomScene draw_crowd_pressed(Draw& draw)
             body = elastic(box_mesh(Vec3::Constant(wide), {2, 2, 2}, element, at), e,
                            draw.real(0, 0.4));
             body["hold"] = Json::array({held("z_min")});
-        } else if (what == "rod") {
+        } else {
             const double r = four_digits(size * draw.real(0.03, 0.06));
-            const Vec3 foot(x + gap + r, y, 1.5 * r);
-            body = straight_rod(foot, foot + Vec3(0, 0, 1.2 * wide), r,
-                                four_digits(100 * e * 0.7854 * std::pow(r, 4)), 10);
+            const Vec3 foot(x + gap + r, y, -size), head = foot + Vec3(0, 0, size + 1.2 * wide);
+            body = straight_rod(foot, head, r, four_digits(100 * e * 0.7854 * std::pow(r, 4)), 16);
             body["hold"] = Json::array({Json{{"set", "start"}}});
             right = x + gap + 2 * r;
-        } else {
-            body = plane({x + gap, 0, 0}, {-1, 0, 0});
         }
         words += (k ? ", " : "") + what;
         bodies.push_back({name, body});
@@ -181,9 +180,21 @@ RandomScene draw_crowd_pressed(Draw& draw)
     Json tool = rigid_box({0.3 * size, 1.2 * size, 0.9 * size}, {-0.15 * size, 0, 0.5 * size});
     tool["drive"] = {{"x", ramp(way)}};
     bodies.push_back({"tool", tool});
-    RandomScene s{scene_of(bodies, pair("*", "*", mu), quasi_static(1.0 / steps))};
+    // What is held stands in the floor: a solid by its bottom, a rod by its foot below it.
+    Json contact = Json::array();
+    for (Json& p : all_pairs(bodies, Json::array(), mu)) {
+        const std::string b = p.at("between").at(1);
+        const bool free = std::ranges::any_of(bodies, [&](const auto& named) {
+            return named.first == b && named.second.contains("density");
+        });
+        if (p.at("between").at(0) != "floor" || free) contact.push_back(p);
+    }
+    RandomScene s{scene_of(bodies, contact, quasi_static(1.0 / steps))};
     s.scene["gravity"] = {0, 0, -kGravity};
     s.drawn = fmt::format("{}, mu {:g}, {} steps", words, mu, steps);
+    // What friction exerts on rigid bodies before they slide is not determined, and is a part of
+    // what the next step begins with.
+    s.same = 1e-3;
     return s;
 }
 

@@ -67,6 +67,8 @@ RandomScene draw_clot_in_tube(Draw& draw)
     Json clot = rigid_ball(ball, {first + r + 1.1 * ball, 0, -(tube - ball)});
     clot["density"] = kWater;
     Json tube_json = bent_tube(draw, tube, before, bend, angle, 0.1);
+    // Level: down a slope the ball would roll on its own.
+    tube_json["surface"]["centreline"]["pieces"][1]["direction"] = 0;
     Json wire = instrument(last + 0.02, r, ei, 0.0025, {0, 0, 0}, {1, 0, 0}, fed(first, last));
     RandomScene s{scene_of({{"tube", tube_json}, {"clot", clot}, {"wire", wire}},
                            Json::array({pair("clot", "tube", mu), pair("wire", "tube", wall),
@@ -163,9 +165,9 @@ RandomScene draw_wires_side_by_side(Draw& draw)
 
 RandomScene draw_wire_loops(Draw& draw)
 {
-    const double ball = draw.real(0.006, 0.012), r = four_digits(ball * draw.real(0.02, 0.05)),
+    const double ball = draw.real(0.006, 0.012), r = four_digits(ball * draw.real(0.03, 0.06)),
                  ei = draw.ratio(1e-5, 1e-4), mu = draw.chance(0.8) ? draw.real(0.05, 0.3) : 0;
-    const double round = 6.283185307179586 * ball, last = four_digits(round * draw.real(0.8, 1.8)),
+    const double round = 6.283185307179586 * ball, last = four_digits(round * draw.real(0.6, 1.2)),
                  aside = four_digits(ball * draw.real(0.1, 0.5));
     const int steps = draw.one_of({40, 80});
     const Vec3 at(-four_digits(0.8 * ball), aside, 0);

@@ -57,13 +57,14 @@ RandomScene draw_net_crimped(Draw& draw)
     const double gap = 0.02 * ring, thick = 0.3 * ring;
     const auto wall = [&](const std::string& name, Json body) {
         bodies.push_back({name, std::move(body)});
+        // One of the two struts at a crown's top: what a wall exerts on both is not determined.
         for (int k = 0; k < crowns; ++k)
-            for (const char* strut : {"up", "down"})
-                contact.push_back(pair(fmt::format("{}{}", strut, k), name, mu));
+            contact.push_back(pair(fmt::format("up{}", k), name, mu));
     };
     if (sides) {
         for (int k = 0; k < crowns; ++k) {
-            const double angle = kWholeTurn * (k + 0.5) / crowns, out = ring + r + gap + 0.5 * thick;
+            const double angle = kWholeTurn * (k + 0.5) / crowns,
+                         out = ring + r + gap + 0.5 * thick;
             Json plate = rigid_box({thick, 0.6 * ring, 0.4 * height},
                                    on_circle(out, angle, four_digits(height)));
             plate["start"]["turn"] = {0, 0, four_digits(angle)};
@@ -116,7 +117,8 @@ RandomScene draw_net_dropped(Draw& draw)
         const Vec3 apex(0.02 * size, 0.01 * size, low + 0.6 * size);
         for (int k = 0; k < 3; ++k)
             add(fmt::format("rod{}", k),
-                on_circle(0.5 * size, kWholeTurn * k / 3 + 0.2, k == 0 ? low + tilt : low), apex, 6);
+                on_circle(0.5 * size, kWholeTurn * k / 3 + 0.2, k == 0 ? low + tilt : low), apex,
+                6);
         for (int k = 1; k < 3; ++k)
             couplings.push_back(joint(kind, "rod0", fmt::format("rod{}", k), apex, {0, 1, 0}));
     } else {
@@ -130,9 +132,9 @@ RandomScene draw_net_dropped(Draw& draw)
     if (on == "solid") {
         const char* element = any_element(draw);
         const double stiff = draw.ratio(1e6, 1e8);
-        floor = elastic(
-            box_mesh(slab, {4, 4, 1}, element, {0.011 * size, 0.007 * size, -0.15 * size}), stiff,
-            draw.real(0, 0.4));
+        floor =
+            elastic(box_mesh(slab, {4, 4, 1}, element, {0.011 * size, 0.007 * size, -0.15 * size}),
+                    stiff, draw.real(0, 0.4));
         floor["density"] = 1000;
         floor["hold"] = Json::array({held("z_min")});
     }

@@ -535,7 +535,8 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are distinguished
     while (draw_scene(singles(), 1, number).answer != Answer::done)
         ++number;
     const auto outcome = [&](const ProgramAnswer& answer) {
-        return try_scene(singles(), 1, number, folder.path + "/scene", [&](const auto&) { return answer; });
+        return try_scene(singles(), 1, number, folder.path + "/scene",
+                         [&](const auto&) { return answer; });
     };
     ProgramAnswer answer;
     answer.signal = 11;
@@ -554,4 +555,52 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are distinguished
     CHECK(back.findings.size() == r.findings.size());
     CHECK(findings_text(r, 7).find("--seed 7 --scene " + std::to_string(number)) !=
           std::string::npos);
+}
+
+TEST_CASE("pushes and torques of instruments, and forces of joints, that are off are caught")
+{
+    // A wire that carries a ball over a block, both in contact and in a weld.
+    Json wire = instrument(0.08, 3e-4, 5e-4, 0.0025, {0, 0, 0}, {1, 0, 0},
+                           Json::array({{0, 0.01}, {1, 0.03}}));
+    Json ball = rigid_ball(0.002, {0.012, 0, 0});
+    ball["mass"] = 2e-4;
+    Json table = plane({0, 0, -0.00201}, {0, 0, 1});
+    Json scene = scene_of({{"table", table}, {"wire", wire}, {"ball", ball}},
+                          Json::array({pair("ball", "table", 0.3)}), quasi_static(0.25));
+    scene["couplings"] = Json::array({joint("weld", "wire", "ball", {0.01, 0, 0})});
+    scene["gravity"] = {0, 0, -kGravity};
+    Planted run(scene);
+    const auto more = [](double v) { return std::abs(v) < 1e-12 ? 1e-3 : 1.001 * v; };
+    const auto far_more = [](double v) { return v + 1e-6; }; // the moment itself is next to nothing
+    for (const char* column : {"wire_push_force", "wire_torque", "wire_on_ball_coupling_0_force_z",
+                               "wire_on_ball_coupling_0_moment_y"}) {
+        CAPTURE(column);
+        CHECK(run.laws([&](const std::string& out) { plant_in_history(out, column, more); })
+                  .count("balance") == 1);
+    }
+    CHECK(run.laws([&](const std::string& out) {
+                 plant_in_history(out, "wire_on_ball_coupling_0_moment_y", far_more);
+             })
+              .count("balance") == 1);
+    const auto turned = [](VtkText& c) { turn_force(c, largest_contact(c)); };
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", turned); })
+              .count("balance") == 1);
+}
+
+TEST_CASE("scenes that mix bodies: every kind comes in two hundred, each scene from its number")
+{
+    const SceneSuite& mixed = *find_suite("mixed");
+    CHECK(mixed.count == 200);
+    CHECK(mixed.kinds.size() >= 10);
+    CHECK(find_suite("no_such_suite") == nullptr);
+    std::map<std::string, int> drawn;
+    for (int i = 0; i < mixed.count; ++i) {
+        ++drawn[kind_of_scene(mixed, 1, i).name];
+        const RandomScene s = draw_scene(mixed, 1, i);
+        CHECK(s.scene == draw_scene(mixed, 1, i).scene);
+        CHECK(scene_in_units(s.scene, {8, 4, 2}).has_value());
+        CHECK(turned_scene(s.scene, axes_moved_on(), Vec3::Zero()).has_value());
+    }
+    for (const SceneKind& kind : mixed.kinds)
+        CHECK_MESSAGE(drawn[kind.name] >= 12, kind.name);
 }
