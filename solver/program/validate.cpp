@@ -16,6 +16,7 @@
 #include "solver/program/validate_random.hpp"
 #include "solver/scene/json_text.hpp"
 #include "validation/folder_case.hpp"
+#include "validation/random/kinds.hpp"
 #include "validation/report.hpp"
 
 #include <algorithm>
@@ -311,8 +312,8 @@ void write_report(const std::string& folder, const std::vector<CaseResult>& resu
 
 void validate(const ValidateArguments& arguments, Session& session)
 {
-    if (arguments.suite == "random") {
-        validate_random(arguments, session);
+    if (const validation::SceneSuite* const drawn = validation::find_suite(arguments.suite)) {
+        validate_random(*drawn, arguments, session);
         return;
     }
     refuse_random_options(arguments);

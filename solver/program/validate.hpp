@@ -15,7 +15,7 @@ struct ValidateArguments {
     std::string suite, report, data = "../shared/data";
     int jobs = 0;
     bool list = false;
-    // Of the suite "random":
+    // Of the suites "random" and "mixed":
     std::optional<std::uint64_t> seed;
     std::optional<int> count; ///< of scenes
     std::optional<int> scene; ///< that one alone

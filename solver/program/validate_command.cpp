@@ -17,8 +17,9 @@ void add_validate(CLI::App& program, Session& session)
                         "Cases by name, or folders with a case.json; all without");
     command
         ->add_option("--suite", arguments->suite,
-                     "benchmarks, stability, or random: random scenes under laws")
-        ->check(CLI::IsMember({"benchmarks", "stability", "random"}));
+                     "benchmarks, stability, or random scenes under laws: random, and mixed "
+                     "(all kinds of bodies together)")
+        ->check(CLI::IsMember({"benchmarks", "stability", "random", "mixed"}));
     command
         ->add_option("--seed", arguments->seed,
                      "Of the random scenes, the same on every machine (default: 1)")
@@ -30,7 +31,7 @@ void add_validate(CLI::App& program, Session& session)
                            : text + " is no whole number from 0 to 10^19 - 1";
             },
             "UINT");
-    command->add_option("--count", arguments->count, "Random scenes (default: 300)")
+    command->add_option("--count", arguments->count, "Random scenes (default: 300, mixed 200)")
         ->check(CLI::Range(1, 1000000));
     command
         ->add_option("--scene", arguments->scene, "One of the random scenes alone, by its number")

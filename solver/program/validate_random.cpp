@@ -1,6 +1,6 @@
-// amontons validate --suite random: scenes by seed and number, some at a time, each in a process of
-// its own. The process of a scene (--scene) runs the scene and its variants one after the other, as
-// children in turn: a run that crashes is a finding, and so is a judge that does.
+// amontons validate --suite random or mixed: scenes by seed and number, some at a time, each in a
+// process of its own. The process of a scene (--scene) runs the scene and its variants one after
+// the other, as children in turn: a run that crashes is a finding, and so is a judge that does.
 
 #include "solver/program/validate_random.hpp"
 
@@ -38,9 +38,9 @@ namespace {
 
 using validation::ProgramAnswer;
 using validation::SceneResult;
+using validation::SceneSuite;
 
 constexpr std::uint64_t kSeed = 1;
-constexpr int kCount = 300;
 
 std::string program_to_try(const ValidateArguments& arguments)
 {
@@ -54,10 +54,10 @@ std::string program_to_try(const ValidateArguments& arguments)
 }
 
 /// Kinds of scenes that were named, or all.
-std::vector<std::string> chosen_kinds(const ValidateArguments& arguments)
+std::vector<std::string> chosen_kinds(const SceneSuite& suite, const ValidateArguments& arguments)
 {
     std::vector<std::string> names;
-    for (const validation::SceneKind& k : validation::scene_kinds())
+    for (const validation::SceneKind& k : suite.kinds)
         names.emplace_back(k.name);
     std::vector<Issue> issues;
     std::string list;
@@ -65,7 +65,8 @@ std::vector<std::string> chosen_kinds(const ValidateArguments& arguments)
         list += (list.empty() ? "" : ", ") + n;
     for (const std::string& c : arguments.cases)
         if (std::find(names.begin(), names.end(), c) == names.end())
-            issues.push_back({"validate", "CASE", c, "a kind of random scenes: " + list});
+            issues.push_back(
+                {"validate", "CASE", c, fmt::format("a kind of --suite {}: {}", suite.name, list)});
     if (!issues.empty()) throw InputError(issues);
     return arguments.cases.empty() ? names : arguments.cases;
 }
@@ -113,8 +114,8 @@ void kill_after_steps(const validation::ProgramJob& job, const std::string& prog
 }
 
 /// The scene and its variants, here.
-SceneResult try_here(std::uint64_t seed, int number, const std::string& folder,
-                     const std::string& program)
+SceneResult try_here(const SceneSuite& suite, std::uint64_t seed, int number,
+                     const std::string& folder, const std::string& program)
 {
     const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
     const auto run = [&](const validation::ProgramJob& job) {
@@ -130,7 +131,7 @@ SceneResult try_here(std::uint64_t seed, int number, const std::string& folder,
                      });
         return answer;
     };
-    SceneResult result = validation::try_scene(seed, number, folder, run);
+    SceneResult result = validation::try_scene(suite, seed, number, folder, run);
     std::error_code ignored;
     if (result.outcome == "done" || result.outcome == "known")
         fs::remove_all(folder, ignored);
@@ -140,7 +141,8 @@ SceneResult try_here(std::uint64_t seed, int number, const std::string& folder,
 }
 
 /// What the process of a scene specifies; one without an answer is a finding.
-SceneResult result_of(std::uint64_t seed, int number, const ChildResult& child)
+SceneResult result_of(const SceneSuite& suite, std::uint64_t seed, int number,
+                      const ChildResult& child)
 {
     std::string why;
     try {
@@ -153,8 +155,9 @@ SceneResult result_of(std::uint64_t seed, int number, const ChildResult& child)
         why = error.what();
     }
     SceneResult r;
+    r.suite = suite.name;
     r.number = number;
-    r.kind = validation::kind_of_scene(seed, number).name;
+    r.kind = validation::kind_of_scene(suite, seed, number).name;
     r.outcome = "wrong";
     r.findings.push_back({"judge", "its process gave no answer: " + why});
     r.seconds = child.seconds;
@@ -162,33 +165,35 @@ SceneResult result_of(std::uint64_t seed, int number, const ChildResult& child)
     return r;
 }
 
-void print_kinds(const Session& session)
+void print_kinds(const SceneSuite& suite, const Session& session)
 {
     JsonText json;
     std::string text;
     json.open('[');
-    for (const validation::SceneKind& k : validation::scene_kinds()) {
+    for (const validation::SceneKind& k : suite.kinds) {
         json.open('{')
             .member("case", k.name)
-            .member("suite", "random")
+            .member("suite", suite.name)
             .member("about", k.about)
             .close('}');
-        text += fmt::format("{:<26} random      {}\n", k.name, k.about);
+        text += fmt::format("{:<26} {:<11} {}\n", k.name, suite.name, k.about);
     }
     for (const validation::KnownMistake& k : validation::known_mistakes())
-        text += fmt::format("known of {}: {}: {}\n", k.kind, k.law, k.reason);
+        if (std::ranges::any_of(suite.kinds,
+                                [&](const auto& kind) { return kind.name == std::string(k.kind); }))
+            text += fmt::format("known of {}: {}: {}\n", k.kind, k.law, k.reason);
     session.print(session.json ? json.close(']').text() + "\n" : text);
 }
 
 /// The page of a report.
-std::string page_of(const std::vector<SceneResult>& results, std::uint64_t seed,
-                    const std::string& program)
+std::string page_of(const SceneSuite& suite, const std::vector<SceneResult>& results,
+                    std::uint64_t seed, const std::string& program)
 {
-    std::string page = fmt::format("# Random scenes, seed {}\n\n{}: `amontons validate --suite "
-                                   "random --seed {} --count {}`{}\n\n{}\n",
-                                   seed, "amontons " + program_version(), seed, results.size(),
-                                   program.empty() ? "" : " with the program " + program,
-                                   validation::table_markdown(results));
+    std::string page = fmt::format(
+        "# Random scenes, seed {}\n\n{}: `amontons validate --suite "
+        "{} --seed {} --count {}`{}\n\n{}\n",
+        seed, "amontons " + program_version(), suite.name, seed, results.size(),
+        program.empty() ? "" : " with the program " + program, validation::table_markdown(results));
     for (const SceneResult& r : results)
         page += validation::findings_text(r, seed);
     return page;
@@ -228,7 +233,8 @@ void refuse_random_options(const ValidateArguments& arguments)
 {
     std::vector<Issue> issues;
     const auto check = [&](bool given, const char* option) {
-        if (given) issues.push_back({"validate", option, "it", "with --suite random only"});
+        if (given)
+            issues.push_back({"validate", option, "it", "with --suite random or mixed only"});
     };
     check(arguments.seed.has_value(), "--seed");
     check(arguments.count.has_value(), "--count");
@@ -237,10 +243,10 @@ void refuse_random_options(const ValidateArguments& arguments)
     if (!issues.empty()) throw InputError(issues);
 }
 
-void validate_random(const ValidateArguments& arguments, Session& session)
+void validate_random(const SceneSuite& suite, const ValidateArguments& arguments, Session& session)
 {
-    const std::vector<std::string> kinds = chosen_kinds(arguments);
-    if (arguments.list) return print_kinds(session);
+    const std::vector<std::string> kinds = chosen_kinds(suite, arguments);
+    if (arguments.list) return print_kinds(suite, session);
     const std::uint64_t seed = arguments.seed.value_or(kSeed);
     const std::string program = program_to_try(arguments);
     if (!arguments.report.empty()) make_folder(arguments.report);
@@ -252,7 +258,7 @@ void validate_random(const ValidateArguments& arguments, Session& session)
 
     if (arguments.scene) {
         const SceneResult r =
-            try_here(seed, *arguments.scene, folder_of(*arguments.scene), program);
+            try_here(suite, seed, *arguments.scene, folder_of(*arguments.scene), program);
         if (session.json)
             session.print(validation::json_of(r) + "\n");
         else
@@ -264,12 +270,12 @@ void validate_random(const ValidateArguments& arguments, Session& session)
 
     std::vector<int> numbers;
     std::vector<ChildJob> jobs;
-    for (int i = 0; i < arguments.count.value_or(kCount); ++i) {
-        const std::string kind = validation::kind_of_scene(seed, i).name;
+    for (int i = 0; i < arguments.count.value_or(suite.count); ++i) {
+        const std::string kind = validation::kind_of_scene(suite, seed, i).name;
         if (std::find(kinds.begin(), kinds.end(), kind) == kinds.end()) continue;
         numbers.push_back(i);
-        jobs.push_back({{"validate", "--suite", "random", "--seed", std::to_string(seed), "--scene",
-                         std::to_string(i), "--json", "--quiet", "--report", folder}});
+        jobs.push_back({{"validate", "--suite", suite.name, "--seed", std::to_string(seed),
+                         "--scene", std::to_string(i), "--json", "--quiet", "--report", folder}});
         if (!program.empty())
             jobs.back().arguments.insert(jobs.back().arguments.end(), {"--program", program});
     }
@@ -278,7 +284,7 @@ void validate_random(const ValidateArguments& arguments, Session& session)
     std::vector<std::optional<SceneResult>> ended(jobs.size());
     std::size_t done = 0;
     run_children(jobs, at_once, stop_on_interrupt(), [&](std::size_t k, const ChildResult& child) {
-        ended[k] = result_of(seed, numbers[k], child);
+        ended[k] = result_of(suite, seed, numbers[k], child);
         session.detail(fmt::format("{} of {}: scene {} ({}): {}, {:.2f} s", ++done, jobs.size(),
                                    numbers[k], ended[k]->kind, ended[k]->outcome,
                                    ended[k]->seconds));
@@ -293,7 +299,7 @@ void validate_random(const ValidateArguments& arguments, Session& session)
     if (!arguments.report.empty()) {
         write_file(folder + "/random.json", json_of(results));
         write_file(folder + "/random.csv", validation::table_csv(results));
-        write_file(folder + "/random.md", page_of(results, seed, program));
+        write_file(folder + "/random.md", page_of(suite, results, seed, program));
         session.say("report: " + folder + "/random.md");
     }
     std::error_code error;

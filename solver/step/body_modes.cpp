@@ -401,7 +401,7 @@ bool BodyStepper::couple_modes()
 {
     constexpr double kContrast = 1e3;
     constexpr int kMostCoupled = 2000; // rows: W is dense then
-    if (modes_coupled_ || step_.dynamic || rows_.count > kMostCoupled) return false;
+    if (modes_coupled_ || modes_apart_ || step_.dynamic || rows_.count > kMostCoupled) return false;
     double least = std::numeric_limits<double>::infinity(), most = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (B_[b].size() == 0) continue;
@@ -416,7 +416,8 @@ bool BodyStepper::couple_modes()
 /// W with the modes at the weight that the multipliers have, and with their own, for the
 /// certificate.
 /// @param give  elastic compliance of each row [m/N]
-void BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
+/// @return  false: they cannot be coupled in numbers of this size
+bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
                                     const std::vector<Eigen::MatrixXd>& W,
                                     const std::vector<std::pair<int, double>>& soft)
 {
@@ -441,7 +442,11 @@ void BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
         if (give[row] > 0)
             T.noalias() +=
                 B.row(row).transpose() * (B.row(row) / (least[row] * give[row] * mode_weight()));
+    // Two bodies that touch stiffly and stand on something soft leave T singular by round-off.
+    constexpr double kRoundOff = 1e-12;
+    T.diagonal() *= 1 + kRoundOff;
     coupled_root_ = cholesky_root(T);
+    if (modes > 0 && coupled_root_.size() == 0) return false;
     const Delassus elastic = sum_of_bodies(rows_, W, soft);
     Eigen::MatrixXd all =
         elastic.is_dense() ? elastic.dense() : Eigen::MatrixXd(elastic.as_sparse());
@@ -455,6 +460,7 @@ void BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
         measured_W_ = Delassus(all);
     }
     problem_.W = Delassus(std::move(all));
+    return true;
 }
 
 /// T^-1 of all modes.

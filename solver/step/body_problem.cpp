@@ -200,9 +200,11 @@ void BodyStepper::assemble()
                 W[b].noalias() += B_[b] * (share * mode_gain(b)) * B_[b].transpose();
         return sum_of_bodies(rows_, W, soft);
     };
-    if (modes && modes_coupled_) {
-        add_coupled_modes(give, W, soft);
-    } else {
+    if (modes && modes_coupled_ && !add_coupled_modes(give, W, soft)) {
+        modes_coupled_ = false;
+        modes_apart_ = true;
+    }
+    if (!modes || !modes_coupled_) {
         if (modes) measured_W_ = sum(1 / mode_weight());
         problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
     }

@@ -135,7 +135,7 @@ private:
     bool couple_modes();
     bool may_feed_freely(std::size_t body) const;
     bool feed_freely();
-    void add_coupled_modes(const Eigen::VectorXd& compliance, const std::vector<Eigen::MatrixXd>& W,
+    bool add_coupled_modes(const Eigen::VectorXd& compliance, const std::vector<Eigen::MatrixXd>& W,
                            const std::vector<std::pair<int, double>>& soft);
     std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
 
@@ -184,6 +184,7 @@ private:
     int drifting_ = -1;              ///< the body that has to become one, or -1
     bool unsolved_ = false;          ///< the last contact problem was
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
+    bool modes_apart_ = false;       ///< they cannot be, for this step
     Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]
     std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
     std::vector<Eigen::VectorXd> mode_, y_;

@@ -1,5 +1,7 @@
 #include "validation/random/geometry.hpp"
 
+#include "validation/random/laws.hpp"
+
 #include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
@@ -275,13 +277,25 @@ void place_solid(PlacedBody& body, const Json& mesh, const VtkText& solid)
     }
 }
 
-void place_rod(PlacedBody& body, const VtkText& line)
+/// @param from  arc length from which it is out of its sheath [m]
+void place_rod(PlacedBody& body, const VtkText& line, double from)
 {
     const WrittenArray& points = line.get("Points/points");
     const WrittenArray& radius = line.get("PointData/radius");
+    const std::vector<double>& arc = line.get("PointData/arc_length").values;
     body.thickness = 2 * *std::min_element(radius.values.begin(), radius.values.end());
     for (std::size_t i = 0; i < radius.values.size(); ++i)
-        body.places.push_back({points.vector(i), 0, radius.values[i]});
+        if (arc[i] >= from) body.places.push_back({points.vector(i), 0, radius.values[i]});
+}
+
+/// What of an instrument is in its sheath, whose walls it does not touch [m].
+double held_length(const Json& body, double time)
+{
+    if (body.at("kind") != "beam") return 0;
+    double length = 0;
+    for (const Json& s : body.at("segments"))
+        length += s.at("length").get<double>();
+    return length - value_at(body.at("drive").at("insertion"), time);
 }
 
 } // namespace
@@ -353,7 +367,7 @@ PlacedBody place_body(const WrittenRun& run, const std::string& name, const Writ
     else if (body.kind == "solid")
         place_solid(body, description.at("mesh"), frame.parts.at(name));
     else
-        place_rod(body, frame.parts.at(name));
+        place_rod(body, frame.parts.at(name), held_length(description, frame.time));
     return body;
 }
 

@@ -4,9 +4,11 @@
 
 namespace amontons::validation {
 
-const std::vector<SceneKind>& scene_kinds()
+namespace {
+
+std::vector<SceneKind> single_kinds()
 {
-    static const std::vector<SceneKind> kinds{
+    return {
         {"box_on_plane", "an elastic box driven onto a plane", draw_box_on_plane},
         {"rigid_box_in_block", "a rigid box pressed into a block", draw_rigid_box_in_block},
         {"rigid_cylinder_in_block", "a rigid cylinder, upright or lying, pressed into a block",
@@ -45,23 +47,66 @@ const std::vector<SceneKind>& scene_kinds()
         {"bent_rod", "a rod with a curvature of its own", draw_bent_rod},
         {"wire_in_tube", "an instrument pushed through a tube", draw_wire_in_tube},
         {"coaxial", "a catheter over a wire in a tube", draw_coaxial}};
-    return kinds;
 }
 
-const SceneKind& kind_of_scene(std::uint64_t seed, int number)
+std::vector<SceneKind> mixed_kinds()
 {
-    const std::vector<SceneKind>& kinds = scene_kinds();
+    return {
+        {"wire_pushes_body", "an instrument that pushes a free body over a floor",
+         draw_wire_pushes_body},
+        {"clot_in_tube", "an instrument that pushes a free ball through a tube", draw_clot_in_tube},
+        {"wire_on_solid", "an instrument pressed against a solid or bent along it",
+         draw_wire_on_solid},
+        {"wire_among_rods", "an instrument that bends between rods", draw_wire_among_rods},
+        {"wires_side_by_side", "instruments of different introducers in one tube",
+         draw_wires_side_by_side},
+        {"wire_loops", "an instrument that loops in a ball and touches itself", draw_wire_loops},
+        {"body_at_tip", "a rigid body coupled to an instrument's tip, over something",
+         draw_body_at_tip},
+        {"wire_in_crowd", "instruments among bodies of all kinds", draw_wire_in_crowd},
+        {"net_crimped", "a net of coupled rods between rigid walls", draw_net_crimped},
+        {"net_dropped", "a net of coupled rods that falls", draw_net_dropped},
+        {"layers_at_rest", "rods and rigid bodies pressed onto a solid", draw_layers_at_rest},
+        {"coupled_at_rest", "bodies of different kinds in couplings and contact",
+         draw_coupled_at_rest},
+        {"coupled_in_motion", "the same, in motion", draw_coupled_in_motion},
+        {"crowd_dropped", "three to six bodies of any kind that fall on each other",
+         draw_crowd_dropped},
+        {"crowd_pressed", "three to five bodies of any kind pressed into one another",
+         draw_crowd_pressed},
+        {"crowd_dragged", "a driven body dragged through others", draw_crowd_dragged}};
+}
+
+} // namespace
+
+const std::vector<SceneSuite>& scene_suites()
+{
+    static const std::vector<SceneSuite> suites{{"random", 300, single_kinds()},
+                                                {"mixed", 200, mixed_kinds()}};
+    return suites;
+}
+
+const SceneSuite* find_suite(const std::string& name)
+{
+    for (const SceneSuite& suite : scene_suites())
+        if (suite.name == name) return &suite;
+    return nullptr;
+}
+
+const SceneKind& kind_of_scene(const SceneSuite& suite, std::uint64_t seed, int number)
+{
+    const std::vector<SceneKind>& kinds = suite.kinds;
     const int count = static_cast<int>(kinds.size()), round = number / count;
     Draw draw(seed, std::numeric_limits<std::uint64_t>::max() - static_cast<std::uint64_t>(round));
     return kinds[static_cast<std::size_t>(
         draw.order(count)[static_cast<std::size_t>(number % count)])];
 }
 
-RandomScene draw_scene(std::uint64_t seed, int number)
+RandomScene draw_scene(const SceneSuite& suite, std::uint64_t seed, int number)
 {
     Draw draw(seed, static_cast<std::uint64_t>(number));
-    RandomScene scene = kind_of_scene(seed, number).draw(draw);
-    scene.scene["title"] = std::string(kind_of_scene(seed, number).name) + " " +
+    RandomScene scene = kind_of_scene(suite, seed, number).draw(draw);
+    scene.scene["title"] = std::string(kind_of_scene(suite, seed, number).name) + " " +
                            std::to_string(number) + " of seed " + std::to_string(seed) + ": " +
                            scene.drawn;
     return scene;

@@ -51,13 +51,22 @@ struct SceneKind {
     RandomScene (*draw)(Draw&);
 };
 
-/// All of them, in the order of the table.
-const std::vector<SceneKind>& scene_kinds();
+/// Kinds that are drawn together. The scenes of one suite do not depend on the kinds of another.
+struct SceneSuite {
+    const char* name;
+    int count;                    ///< scenes, where nothing else is asked
+    std::vector<SceneKind> kinds; ///< in the order of the table
+};
+
+/// "random": kinds that try one thing each; "mixed": kinds that put all bodies together.
+const std::vector<SceneSuite>& scene_suites();
+/// nullptr: there is none of that name.
+const SceneSuite* find_suite(const std::string& name);
 
 /// The kind of a scene by its number: every kind comes once in as many scenes as there are kinds.
-const SceneKind& kind_of_scene(std::uint64_t seed, int number);
-/// A scene depends on seed and number alone.
-RandomScene draw_scene(std::uint64_t seed, int number);
+const SceneKind& kind_of_scene(const SceneSuite& suite, std::uint64_t seed, int number);
+/// A scene depends on suite, seed and number alone.
+RandomScene draw_scene(const SceneSuite& suite, std::uint64_t seed, int number);
 
 // ---- the kinds, by what they try
 
@@ -98,5 +107,27 @@ RandomScene draw_rod_between_plates(Draw&);
 RandomScene draw_bent_rod(Draw&);
 RandomScene draw_wire_in_tube(Draw&);
 RandomScene draw_coaxial(Draw&);
+
+// ---- kinds that mix bodies
+
+// kinds_instruments.cpp: instruments beside bodies, at rest
+RandomScene draw_wire_pushes_body(Draw&);
+RandomScene draw_clot_in_tube(Draw&);
+RandomScene draw_wire_on_solid(Draw&);
+RandomScene draw_wire_among_rods(Draw&);
+RandomScene draw_wires_side_by_side(Draw&);
+RandomScene draw_wire_loops(Draw&);
+RandomScene draw_body_at_tip(Draw&);
+RandomScene draw_wire_in_crowd(Draw&);
+// kinds_mixed.cpp: solids, rigid bodies, rods and obstacles in one scene
+RandomScene draw_net_crimped(Draw&);
+RandomScene draw_net_dropped(Draw&);
+RandomScene draw_layers_at_rest(Draw&);
+RandomScene draw_coupled_at_rest(Draw&);
+RandomScene draw_coupled_in_motion(Draw&);
+// kinds_crowd.cpp: three to six bodies of any kind
+RandomScene draw_crowd_dropped(Draw&);
+RandomScene draw_crowd_pressed(Draw&);
+RandomScene draw_crowd_dragged(Draw&);
 
 } // namespace amontons::validation

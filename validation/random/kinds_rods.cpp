@@ -11,16 +11,6 @@ namespace {
 
 constexpr double kPi = 3.141592653589793;
 
-Json rod(const Json& segments, const Json& shape)
-{
-    return {{"kind", "rod"}, {"segments", segments}, {"shape", shape}};
-}
-
-Json points(const Vec3& a, const Vec3& b)
-{
-    return Json::array({Json{{"at", list_of(a)}}, Json{{"at", list_of(b)}}});
-}
-
 /// Tension of an elastic catenary between two supports of the same height [N].
 /// @param weight  per length free of load [N/m]
 double catenary_pull(double length, double span, double weight, double ea)
@@ -35,23 +25,6 @@ double catenary_pull(double length, double span, double weight, double ea)
         (reach < span ? low : high) = h;
     }
     return high;
-}
-
-/// A tube with one bend, and the part before it.
-Json bent_tube(Draw& draw, double radius, double before, double bend, double angle, double after)
-{
-    return {{"kind", "obstacle"},
-            {"surface",
-             {{"generate", "tube"},
-              {"radius", radius},
-              {"centreline",
-               {{"start", {0, 0, 0}},
-                {"direction", {1, 0, 0}},
-                {"normal", {0, 1, 0}},
-                {"pieces",
-                 Json::array({{{"length", before}},
-                              {{"radius", bend}, {"angle", angle}, {"direction", draw.real(0, 3)}},
-                              {{"length", after}}})}}}}}};
 }
 
 } // namespace

@@ -6,7 +6,8 @@ const std::vector<KnownMistake>& known_mistakes()
 {
     static const std::vector<KnownMistake> list{
         {"rod_between_plates", "energy", "", "",
-         "a rod that buckles between plates snaps from wave to wave; steps miss more than is warned of"},
+         "a rod that buckles between plates snaps from wave to wave; steps miss more than is "
+         "warned of"},
         {"rod_between_plates", "axes", "", "",
          "a rod that buckles has several stable balances, and round-off chooses"},
         {"rod_between_plates", "reordered", "", "",

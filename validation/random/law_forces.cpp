@@ -44,14 +44,6 @@ struct Worst {
     }
 };
 
-bool coupled(const WrittenRun& run, const std::string& body)
-{
-    if (!run.scene().contains("couplings")) return false;
-    for (const Json& c : run.scene().at("couplings"))
-        if (c.at("between").at(0) == body || c.at("between").at(1) == body) return true;
-    return false;
-}
-
 Vec3 at_time(const Json& load, const char* what, double time)
 {
     if (!load.contains(what)) return Vec3::Zero();
@@ -66,7 +58,6 @@ bool known_forces(const WrittenRun& run, const std::string& name, double time, s
     const Json& body = run.body.at(name);
     const Vec3 gravity = vector_of(run.scene().at("gravity"));
     const std::string kind = body.at("kind");
-    if (coupled(run, name)) return false;
     if (kind == "rigid") {
         if (body.contains("drive")) return false;
         double mass = 0;
@@ -222,7 +213,12 @@ std::vector<Finding> check_balance(const WrittenRun& run)
             const std::string kind = body.at("kind");
             Vec3 sum = on.count(name) ? on[name] : Vec3::Zero();
             if (dynamic && (kind != "rigid" || time_rule.value("rule", "") != "theta")) continue;
-            if (!known_forces(run, name, frame.time, row, sum)) continue;
+            std::vector<JointLoad> joints;
+            if (!known_forces(run, name, frame.time, row, sum) ||
+                !joint_loads(run, name, frame, row, joints))
+                continue;
+            for (const JointLoad& j : joints)
+                sum += j.force;
             const double allowed = allowed_force(scale);
             if (dynamic) {
                 double mass = 0;
@@ -251,6 +247,9 @@ std::vector<Finding> check_balance(const WrittenRun& run)
             for (const WrittenContact& c : contacts)
                 if (c.a == name || c.b == name)
                     moment += (c.a == name ? 1.0 : -1.0) * (c.at - centre).cross(c.force);
+            if (!std::ranges::all_of(joints, &JointLoad::placed)) continue;
+            for (const JointLoad& j : joints)
+                moment += (j.at - centre).cross(j.force) + j.moment;
             if (across.norm() > 0)
                 moment = moment.dot(across) * across; // and any moment but about it
             moments.add(moment.norm(), 10 * allowed * scale.length,

@@ -101,10 +101,15 @@ std::vector<Finding> check_laws(const WrittenRun& run)
 {
     std::vector<Finding> all;
     const std::pair<const char*, std::vector<Finding> (*)(const WrittenRun&)> laws[] = {
-        {"sums", check_sums},         {"balance", check_balance},
-        {"Coulomb", check_coulomb},   {"complementarity", check_complementarity},
-        {"overlap", check_overlap},   {"energy", check_energy},
-        {"momentum", check_momentum}, {"joints", check_joints}};
+        {"sums", check_sums},
+        {"balance", check_balance},
+        {"balance", check_sheaths},
+        {"Coulomb", check_coulomb},
+        {"complementarity", check_complementarity},
+        {"overlap", check_overlap},
+        {"energy", check_energy},
+        {"momentum", check_momentum},
+        {"joints", check_joints}};
     for (const auto& [name, law] : laws)
         try {
             const std::vector<Finding> found = law(run);

@@ -21,6 +21,8 @@ struct Finding {
 std::vector<Finding> check_sums(const WrittenRun& run);
 /// Forces on every body at rest, moments on free ones; momentum of every rigid body in motion.
 std::vector<Finding> check_balance(const WrittenRun& run);
+/// Push and torque at the bases of instruments against what acts on them out of their sheaths.
+std::vector<Finding> check_sheaths(const WrittenRun& run);
 /// No contact pulls; friction is within Coulomb's cone, on it where it slips, and against the slip.
 std::vector<Finding> check_coulomb(const WrittenRun& run);
 /// Where there is a force there is no gap, and no gap is negative.
@@ -50,6 +52,15 @@ std::vector<WrittenContact> contacts_of(const WrittenRun& run, const WrittenFram
 
 /// The entry of "contact" that two bodies stand in, or nullptr.
 const Json* pair_of(const WrittenRun& run, const std::string& a, const std::string& b);
+
+/// What a coupling exerts on a body.
+struct JointLoad {
+    Vec3 at = Vec3::Zero(), force = Vec3::Zero(), moment = Vec3::Zero();
+    bool placed = false; ///< `at` is known
+};
+/// Of all couplings that a body is in. @return false: one is not written
+bool joint_loads(const WrittenRun& run, const std::string& body, const WrittenFrame& frame,
+                 std::size_t row, std::vector<JointLoad>& loads);
 
 /// Sizes of a run that tolerances are measured by.
 struct RunScale {

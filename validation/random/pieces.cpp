@@ -1,5 +1,6 @@
 #include "validation/random/pieces.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
 #include <limits>
@@ -80,6 +81,64 @@ void drive_down(Json& body, double by)
     body["drive"] = {{"x", 0}, {"y", 0}, {"z", ramp(-by)}};
 }
 
+Json rod(const Json& segments, const Json& shape)
+{
+    return {{"kind", "rod"}, {"segments", segments}, {"shape", shape}};
+}
+
+Json points(const Vec3& a, const Vec3& b)
+{
+    return Json::array({Json{{"at", list_of(a)}}, Json{{"at", list_of(b)}}});
+}
+
+Json bent_tube(Draw& draw, double radius, double before, double bend, double angle, double after)
+{
+    return {{"kind", "obstacle"},
+            {"surface",
+             {{"generate", "tube"},
+              {"radius", radius},
+              {"centreline",
+               {{"start", {0, 0, 0}},
+                {"direction", {1, 0, 0}},
+                {"normal", {0, 1, 0}},
+                {"pieces",
+                 Json::array({{{"length", before}},
+                              {{"radius", bend}, {"angle", angle}, {"direction", draw.real(0, 3)}},
+                              {{"length", after}}})}}}}}};
+}
+
+Json instrument(double length, double radius, double ei, double element, const Vec3& at,
+                const Vec3& direction, Json insertion)
+{
+    const Vec3 normal = direction.unitOrthogonal();
+    return {
+        {"kind", "beam"},
+        {"segments",
+         Json::array({{{"length", length}, {"radius", radius}, {"EI", ei}, {"element", element}}})},
+        {"introducer",
+         {{"at", list_of(at)}, {"direction", list_of(direction)}, {"normal", list_of(normal)}}},
+        {"drive", {{"insertion", std::move(insertion)}}}};
+}
+
+Json straight_rod(const Vec3& from, const Vec3& to, double radius, double ei, int elements,
+                  double density)
+{
+    const Vec3 way = to - from;
+    const double length = way.norm();
+    Json segment = {
+        {"length", length}, {"radius", radius}, {"EI", ei}, {"element", length / elements}};
+    if (density > 0) segment["density"] = density;
+    return rod(Json::array({segment}), {{"start", list_of(from)},
+                                        {"direction", list_of(way)},
+                                        {"normal", list_of(way.unitOrthogonal())}});
+}
+
+Json joint(const char* kind, const std::string& a, const std::string& b, const Vec3& at,
+           const Vec3& axis)
+{
+    return {{"kind", kind}, {"between", {a, b}}, {"at", list_of(at)}, {"axis", list_of(axis)}};
+}
+
 Json plane(const Vec3& at, const Vec3& normal)
 {
     return {
@@ -92,6 +151,25 @@ Json pair(const std::string& a, const std::string& b, double friction)
     Json p = {{"between", {a, b}}};
     if (friction > 0) p["friction"] = friction;
     return p;
+}
+
+Json all_pairs(const NamedBodies& bodies, const Json& couplings, double friction)
+{
+    const auto joined = [&](const std::string& a, const std::string& b) {
+        return std::any_of(couplings.begin(), couplings.end(), [&](const Json& c) {
+            const Json& names = c.at("between");
+            return (names[0] == a && names[1] == b) || (names[0] == b && names[1] == a);
+        });
+    };
+    Json list = Json::array();
+    for (std::size_t i = 0; i < bodies.size(); ++i)
+        for (std::size_t j = i + 1; j < bodies.size(); ++j) {
+            const auto& [a, first] = bodies[i];
+            const auto& [b, second] = bodies[j];
+            const bool walls = first.at("kind") == "obstacle" && second.at("kind") == "obstacle";
+            if (!walls && !joined(a, b)) list.push_back(pair(a, b, friction));
+        }
+    return list;
 }
 
 Json quasi_static(double step, double end)

@@ -150,13 +150,14 @@ void conclude(SceneResult& r)
 
 } // namespace
 
-SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder,
-                      const RunProgram& run)
+SceneResult try_scene(const SceneSuite& suite, std::uint64_t seed, int number,
+                      const std::string& folder, const RunProgram& run)
 {
     SceneResult r;
+    r.suite = suite.name;
     r.number = number;
-    r.kind = kind_of_scene(seed, number).name;
-    const RandomScene s = draw_scene(seed, number);
+    r.kind = kind_of_scene(suite, seed, number).name;
+    const RandomScene s = draw_scene(suite, seed, number);
     r.drawn = s.drawn;
     Trial trial(s, folder, run, r);
     const Attempt base = trial.run(s.scene, "scene", 1, "");

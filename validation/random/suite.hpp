@@ -28,6 +28,7 @@ using RunProgram = std::function<ProgramAnswer(const ProgramJob&)>;
 
 /// What came of a scene and its variants.
 struct SceneResult {
+    std::string suite;
     int number = 0;
     std::string kind, drawn;
     std::string outcome;           ///< "done", "refused", "known", "wrong"
@@ -40,8 +41,8 @@ struct SceneResult {
 
 /// Draws a scene, runs it and its variants, and judges what they wrote.
 /// @param folder  scene files and results; made here, the caller removes it
-SceneResult try_scene(std::uint64_t seed, int number, const std::string& folder,
-                      const RunProgram& run);
+SceneResult try_scene(const SceneSuite& suite, std::uint64_t seed, int number,
+                      const std::string& folder, const RunProgram& run);
 
 /// One JSON object, and back.
 std::string json_of(const SceneResult& result);

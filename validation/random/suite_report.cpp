@@ -28,15 +28,16 @@ std::vector<KindCounts> counts_of(const std::vector<SceneResult>& results)
         row.wrong += r.outcome == "wrong";
         row.seconds += r.cpu_seconds;
     };
-    for (const SceneKind& kind : scene_kinds()) {
-        KindCounts row{kind.name};
-        for (const SceneResult& r : results)
-            if (r.kind == kind.name) {
-                add(row, r);
-                add(all, r);
-            }
-        if (row.drawn > 0) rows.push_back(row);
-    }
+    for (const SceneSuite& suite : scene_suites())
+        for (const SceneKind& kind : suite.kinds) {
+            KindCounts row{kind.name};
+            for (const SceneResult& r : results)
+                if (r.kind == kind.name) {
+                    add(row, r);
+                    add(all, r);
+                }
+            if (row.drawn > 0) rows.push_back(row);
+        }
     rows.push_back(all);
     return rows;
 }
@@ -48,7 +49,7 @@ std::string json_of(const SceneResult& r)
     JsonText j(false);
     j.open('{')
         .member("case", r.kind)
-        .member("suite", "random")
+        .member("suite", r.suite)
         .member("passed", r.outcome != "wrong");
     j.member("scene", r.number).member("drawn", r.drawn);
     j.member("outcome", r.outcome).member("reason", r.reason).member("folder", r.folder);
@@ -63,6 +64,7 @@ SceneResult read_scene_result(const std::string& text)
 {
     const Json j = Json::parse(text);
     SceneResult r;
+    r.suite = j.at("suite");
     r.number = j.at("scene");
     r.kind = j.at("case");
     r.drawn = j.at("drawn");
@@ -114,8 +116,8 @@ std::string findings_text(const SceneResult& r, std::uint64_t seed)
         text += fmt::format("    {}: {}\n", f.law, f.text);
     if (!r.reason.empty()) text += "    known: " + r.reason + "\n";
     if (!r.folder.empty()) text += "    files: " + r.folder + "\n";
-    text += fmt::format("    again: amontons validate --suite random --seed {} --scene {}\n", seed,
-                        r.number);
+    text += fmt::format("    again: amontons validate --suite {} --seed {} --scene {}\n", r.suite,
+                        seed, r.number);
     return text;
 }
 

@@ -28,6 +28,12 @@ using namespace amontons::validation;
 
 namespace {
 
+/// The suite of kinds that try one thing each.
+const SceneSuite& singles()
+{
+    return *find_suite("random");
+}
+
 /// A folder that is removed in the end.
 struct TestFolder {
     TestFolder()
@@ -412,12 +418,12 @@ TEST_CASE("a file that is cut short is caught")
 
 TEST_CASE("every kind of scene comes at least eight times in three hundred, whatever the seed")
 {
-    CHECK(scene_kinds().size() >= 24);
+    CHECK(singles().kinds.size() >= 24);
     for (const std::uint64_t seed : {0ULL, 1ULL, 2ULL, 77ULL, 18446744073709551615ULL}) {
         std::map<std::string, int> drawn;
         for (int i = 0; i < 300; ++i)
-            ++drawn[kind_of_scene(seed, i).name];
-        for (const SceneKind& kind : scene_kinds())
+            ++drawn[kind_of_scene(singles(), seed, i).name];
+        for (const SceneKind& kind : singles().kinds)
             CHECK_MESSAGE(drawn[kind.name] >= 8, kind.name);
     }
 }
@@ -425,9 +431,9 @@ TEST_CASE("every kind of scene comes at least eight times in three hundred, what
 TEST_CASE("a scene depends on seed and number alone, and other seeds give other scenes")
 {
     for (int i = 0; i < 66; ++i) {
-        const Json scene = draw_scene(5, i).scene;
-        CHECK(scene == draw_scene(5, i).scene);
-        CHECK(scene != draw_scene(6, i).scene);
+        const Json scene = draw_scene(singles(), 5, i).scene;
+        CHECK(scene == draw_scene(singles(), 5, i).scene);
+        CHECK(scene != draw_scene(singles(), 6, i).scene);
     }
 }
 
@@ -444,7 +450,7 @@ TEST_CASE("numbers are drawn as SplitMix64 gives them on every machine")
 TEST_CASE("axes moved on three times, and units changed there and back, give the same scene")
 {
     for (int i = 0; i < 66; ++i) {
-        const RandomScene s = draw_scene(3, i);
+        const RandomScene s = draw_scene(singles(), 3, i);
         if (const auto once = scene_in_units(s.scene, {8, 4, 2})) {
             const auto back = scene_in_units(*once, {1.0 / 8, 1.0 / 4, 1.0 / 2});
             REQUIRE(back);
@@ -512,7 +518,7 @@ TEST_CASE("the outside of a block is closed, and its cells fill it")
 TEST_CASE("known mistakes are of kinds that exist")
 {
     std::set<std::string> kinds;
-    for (const SceneKind& k : scene_kinds())
+    for (const SceneKind& k : singles().kinds)
         kinds.insert(k.name);
     for (const KnownMistake& k : known_mistakes()) {
         CHECK_MESSAGE(kinds.count(k.kind) == 1, k.kind);
@@ -526,10 +532,11 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are distinguished
 {
     TestFolder folder;
     int number = 0; // a scene that must be done
-    while (draw_scene(1, number).answer != Answer::done)
+    while (draw_scene(singles(), 1, number).answer != Answer::done)
         ++number;
     const auto outcome = [&](const ProgramAnswer& answer) {
-        return try_scene(1, number, folder.path + "/scene", [&](const auto&) { return answer; });
+        return try_scene(singles(), 1, number, folder.path + "/scene",
+                         [&](const auto&) { return answer; });
     };
     ProgramAnswer answer;
     answer.signal = 11;
@@ -548,4 +555,52 @@ TEST_CASE("a crash, a refusal, bad input and an answer in time are distinguished
     CHECK(back.findings.size() == r.findings.size());
     CHECK(findings_text(r, 7).find("--seed 7 --scene " + std::to_string(number)) !=
           std::string::npos);
+}
+
+TEST_CASE("pushes and torques of instruments, and forces of joints, that are off are caught")
+{
+    // A wire that carries a ball over a block, both in contact and in a weld.
+    Json wire = instrument(0.08, 3e-4, 5e-4, 0.0025, {0, 0, 0}, {1, 0, 0},
+                           Json::array({{0, 0.01}, {1, 0.03}}));
+    Json ball = rigid_ball(0.002, {0.012, 0, 0});
+    ball["mass"] = 2e-4;
+    Json table = plane({0, 0, -0.00201}, {0, 0, 1});
+    Json scene = scene_of({{"table", table}, {"wire", wire}, {"ball", ball}},
+                          Json::array({pair("ball", "table", 0.3)}), quasi_static(0.25));
+    scene["couplings"] = Json::array({joint("weld", "wire", "ball", {0.01, 0, 0})});
+    scene["gravity"] = {0, 0, -kGravity};
+    Planted run(scene);
+    const auto more = [](double v) { return std::abs(v) < 1e-12 ? 1e-3 : 1.001 * v; };
+    const auto far_more = [](double v) { return v + 1e-6; }; // the moment itself is next to nothing
+    for (const char* column :
+         {"wire_push_force", "wire_torque", "wire_on_ball_coupling_0_force_z"}) {
+        CAPTURE(column);
+        CHECK(run.laws([&](const std::string& out) { plant_in_history(out, column, more); })
+                  .count("balance") == 1);
+    }
+    CHECK(run.laws([&](const std::string& out) {
+                 plant_in_history(out, "wire_on_ball_coupling_0_moment_y", far_more);
+             })
+              .count("balance") == 1);
+    const auto turned = [](VtkText& c) { turn_force(c, largest_contact(c)); };
+    CHECK(run.laws([&](const std::string& out) { plant(out, "contacts", turned); })
+              .count("balance") == 1);
+}
+
+TEST_CASE("scenes that mix bodies: every kind comes in two hundred, each scene from its number")
+{
+    const SceneSuite& mixed = *find_suite("mixed");
+    CHECK(mixed.count == 200);
+    CHECK(mixed.kinds.size() >= 10);
+    CHECK(find_suite("no_such_suite") == nullptr);
+    std::map<std::string, int> drawn;
+    for (int i = 0; i < mixed.count; ++i) {
+        ++drawn[kind_of_scene(mixed, 1, i).name];
+        const RandomScene s = draw_scene(mixed, 1, i);
+        CHECK(s.scene == draw_scene(mixed, 1, i).scene);
+        CHECK(scene_in_units(s.scene, {8, 4, 2}).has_value());
+        CHECK(turned_scene(s.scene, axes_moved_on(), Vec3::Zero()).has_value());
+    }
+    for (const SceneKind& kind : mixed.kinds)
+        CHECK_MESSAGE(drawn[kind.name] >= 12, kind.name);
 }

@@ -130,7 +130,7 @@ def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Seq
 
 def validate(*cases: str | os.PathLike, suite: str | None = None,
              report: str | os.PathLike | None = None) -> list[dict[str, Any]]:
-    """Compares with published results; all cases without arguments. suite: "benchmarks", "stability" or "random".
+    """Compares with published results; all cases without arguments. suite: "benchmarks", "stability", "random" or "mixed".
     report: a folder for HTML, CSV and plots.
 
     Returns a list of dicts as `amontons validate --json`; a case that failed is a row that reports it.
