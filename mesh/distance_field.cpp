@@ -137,7 +137,7 @@ struct DistanceField::Shared {
     }
 
     /// The samples around the blocks that are expected, taken one brick after the other while the
-    /// views go on: the bits are those that the views would take.
+    /// views work: the bits are those that the views would take.
     void sample_ahead(const std::stop_token& stop, const Vec3& origin, const Mat3& edges)
     {
         std::unique_lock lock(mutex);

@@ -15,8 +15,11 @@ public:
     /// Blocks of a chain's nodes: of node i with itself, with the next and of the next with it,
     /// each so many blocks behind that of node i - 1.
     struct Blocks {
-        const Block6 *diagonal, *upper, *lower;
-        int stride = 1, size = 0;
+        const Block6* diagonal; ///< of the first node with itself
+        const Block6* upper;    ///< of the first node with the next
+        const Block6* lower;    ///< of the second node with the first
+        int stride = 1;         ///< from a node's block to the next node's [blocks]
+        int size = 0;           ///< number of nodes
     };
     /// @param first  nodes before it take no part
     /// @return  number of pivots that are not positive (of a symmetric matrix: of eigenvalues)

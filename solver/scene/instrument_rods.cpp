@@ -107,6 +107,11 @@ bool instruments_are_rods(const Scene& scene)
 {
     if (scene.beams.empty()) return false;
     if (!scene.rigids.empty() || !scene.rods.empty() || !scene.couplings.empty()) return true;
+    if (!scene.gravity.isZero() && std::ranges::any_of(scene.beams, [](const BeamInput& b) {
+            return std::ranges::any_of(b.segments,
+                                       [](const BeamSegment& s) { return s.density > 0; });
+        }))
+        return true;
     const auto is_tube = [](const SolidInput& b) { return b.mesh.generate == "tube"; };
     if (!std::ranges::all_of(scene.solids, is_tube)) return true;
     return std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
@@ -118,8 +123,8 @@ bool instruments_are_rods(const Scene& scene)
 
 void check_instrument_rods(const Scene& scene, Findings& findings)
 {
-    const std::string why = ": instruments beside other bodies, themselves or one another are rods "
-                            "fed from a sheath";
+    const std::string why = ": instruments with weight, beside other bodies, themselves or one "
+                            "another are rods fed from a sheath";
     if (scene.time.path > 0)
         findings.add({"/time/path", "/bodies"}, fmt::format("{}", scene.time.path),
                      "0" + why + ", which steps in time");

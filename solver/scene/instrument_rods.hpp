@@ -7,8 +7,8 @@ namespace amontons {
 
 /// Do instruments (`beam`) touch more than walls and what lies in their bore? Then they are solved
 /// as rods that a sheath feeds, in one problem with the scene's bodies. So it is of scenes with a
-/// rigid body, a rod, a coupling or a solid that is no vessel's wall, and of instruments that touch
-/// themselves or one another from different introducers.
+/// rigid body, a rod, a coupling or a solid that is no vessel's wall, of instruments that touch
+/// themselves or one another from different introducers, and of those with a density in gravity.
 bool instruments_are_rods(const Scene& scene);
 
 /// Two of them slide in each other: they come out of one introducer.

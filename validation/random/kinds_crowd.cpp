@@ -151,7 +151,7 @@ RandomScene draw_crowd_pressed(Draw& draw)
     for (int k = 0; k < count; ++k) {
         const std::string name = fmt::format("body{}", k);
         const double y = four_digits(size * draw.real(-0.03, 0.03)), wide = 0.6 * size;
-        // What gives way stands last, or before a wall.
+        // What is compliant stands last, or before a wall.
         const std::string what = k + 1 < count ? draw.one_of({"box", "ball", "solid", "rod"})
                                                : draw.one_of({"solid", "rod"});
         Json body;
