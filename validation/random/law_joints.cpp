@@ -143,9 +143,14 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                 moment += l.moment;
                 turning += l.moment.norm();
             }
-            const Json* const segment =
-                segment_at(body, value_at(body.at("drive").at("insertion"), frame.time));
+            // The element at the sheath's end has what its material has on the mean: of one segment.
+            const double out = value_at(body.at("drive").at("insertion"), frame.time);
+            const Json* const segment = segment_at(body, out);
             if (!known || !segment || segment->value("curvature", 0.0) != 0) continue;
+            const double element = segment->value("element", segment->at("length").get<double>());
+            if (segment_at(body, out - element) != segment ||
+                segment_at(body, out + element) != segment)
+                continue;
             const Json& ei = segment->at("EI");
             const double stiff = ei.is_array() ? ei.at(0).get<double>() : ei.get<double>();
             if (ei.is_array() && ei.at(1).get<double>() != stiff) continue;
