@@ -104,8 +104,9 @@ TEST_CASE("an instrument as a rod stops as a wire where its tip comes out of an 
     b.fed = 0.15; // 20 mm farther than the tube's end
     const Both r = both(b);
     CHECK(r.of_wire("depth") < 0.14);
-    CHECK(r.of_rod("depth") == doctest::Approx(r.of_wire("depth")).epsilon(1e-9));
-    CHECK(r.of_rod("push_force") == doctest::Approx(r.of_wire("push_force")).epsilon(1e-6));
+    // Within what is fed in a step: the two may cut them differently.
+    CHECK(std::abs(r.of_rod("depth") - r.of_wire("depth")) < 0.14 / b.steps);
+    CHECK(std::abs(r.of_rod("push_force")) < 1e-3); // straight again, and nothing before it
     // Drawn back into the tube it may come out again: to the same place.
     b.steps = 40;
     const Result again =
