@@ -83,6 +83,10 @@ public:
     double sheath_torque() const { return torque_; }
     double length_out_of_sheath() const; ///< at the state [m]
     double turned_in_sheath() const;     ///< its base, at the state [rad]
+    /// What is fed out of a sheath goes no farther than at the state, until it is let go again.
+    void stop_feed() { most_fed_ = accepted_.end.fed; }
+    void let_go_feed() { most_fed_ = -1; }
+    bool feed_is_stopped() const { return most_fed_ >= 0; }
     /// The segment of a place; where two meet, the first.
     int segment_of(const CurvePlace& at) const;
     /// Turn of its end about the sheath since the base's was 0, at the state [rad].
@@ -299,6 +303,7 @@ private:
     int node_at_end(double s) const; ///< which stands there for this place
     Vec3 along_sheath() const;
     double base_turn(double t) const; ///< prescribed [rad]
+    double base_way(double t) const;  ///< prescribed, or where it was stopped [m]
     bool out_of_sheath() const { return material_ && sheath_.node < rod_.element_count(); }
     bool gives_at(double fed) const;
     bool gives_in_sheath() const; ///< there is enough in it to stretch
@@ -411,6 +416,7 @@ private:
     std::vector<Vec6> past_velocity_, past_force_;
 
     Eigen::VectorXd path_; ///< last step along the path
+    double most_fed_ = -1; ///< where the feed was stopped [m]; < 0: it is not
 };
 
 } // namespace amontons

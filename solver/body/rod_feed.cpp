@@ -120,7 +120,7 @@ void RodBody::begin_motion_at_sheath()
     acting_ = accepted_.acting;
     memory_at_start_ = memory_;
     broken_ = false;
-    led_.fed = curve_value(input_.fed, step_.end());
+    led_.fed = base_way(step_.end());
     led_.turned = base_turn(step_.end());
     SheathEnd start = last;
     const double stretch = last.node == all ? 0 : last.stretch;

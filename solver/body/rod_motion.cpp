@@ -333,7 +333,7 @@ std::vector<double> RodBody::state() const
     s.push_back(accepted_.end.node);
     s.push_back(accepted_.end.s);
     for (const double x : {accepted_.end.fed, accepted_.end.stretch, accepted_.end.turned,
-                           accepted_.end.rotation, push_, torque_})
+                           accepted_.end.rotation, push_, torque_, most_fed_})
         s.push_back(x);
     s.push_back(path_.size() > 0 ? 1 : 0);
     for (Eigen::Index i = 0; i < unknowns(); ++i)
@@ -374,7 +374,7 @@ void RodBody::set_state(std::span<const double> state)
     accepted_.end.node = int(state[at++]);
     accepted_.end.s = state[at++];
     for (double* x : {&accepted_.end.fed, &accepted_.end.stretch, &accepted_.end.turned,
-                      &accepted_.end.rotation, &push_, &torque_})
+                      &accepted_.end.rotation, &push_, &torque_, &most_fed_})
         *x = state[at++];
     if (material_) {
         accepted_.nodes = state_.nodes;

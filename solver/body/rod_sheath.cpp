@@ -50,6 +50,12 @@ double RodBody::base_turn(double t) const
     return turn;
 }
 
+double RodBody::base_way(double t) const
+{
+    const double led = curve_value(input_.fed, t);
+    return feed_is_stopped() ? std::min(led, most_fed_) : led;
+}
+
 double RodBody::turned_in_sheath() const
 {
     return accepted_.end.turned;
@@ -261,7 +267,7 @@ void RodBody::begin_at_sheath()
     acting_ = accepted_.acting;
     const SheathEnd last = accepted_.end;
     SheathEnd next = last;
-    next.fed = curve_value(input_.fed, step_.end());
+    next.fed = base_way(step_.end());
     next.turned = base_turn(step_.end());
     if (!input_.plane) next.rotation += next.turned - last.turned; // a guess
     next.s = rod_.length - next.fed - next.stretch;

@@ -9,6 +9,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <set>
 
 namespace amontons {
 namespace {
@@ -16,6 +17,13 @@ namespace {
 constexpr double kNothing = 1e-14;     // of the largest body's size
 constexpr double kAlone = 1e-2;        // of the tolerance
 constexpr double kUncontrolled = 1e-5; // share of a mode's size that contacts see of it
+
+/// Crossings of rods wander along them, and change their numbers: by the trapezoid rule none of
+/// them is new, nor left.
+bool is_of_crossing_rods(const BodySystem& system, const BodyContact& c)
+{
+    return system.refs[std::size_t(c.a)].rod && is_crossing(c.id);
+}
 
 } // namespace
 
@@ -303,22 +311,55 @@ void BodyStepper::fill_report()
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));
-            // Crossings of rods wander along them, and change their numbers: none is new for that.
-            const bool wanders =
-                system_.refs[std::size_t(contact.a)].rod && is_crossing(contact.id);
             if (known != system_.warm_friction.end())
                 mean = 0.5 * (tangential + known->second);
-            else if (!wanders)
+            else if (!is_of_crossing_rods(system_, contact))
                 mean *= 0.5;
             if (!tangential.isZero(0)) friction_[key(c)] = tangential;
         }
         report_.friction -= mean.dot(d);
         report_.normal_work += n.dot(force) * n.dot(d);
     }
+    report_.friction += friction_of_departed();
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (RigidBody* rigid = system_.refs[b].rigid) rigid->add_reaction(on_body[b], torque[b]);
         if (step_.dynamic) body(b).add_contact_moment(moment[b]);
     }
+}
+
+/// Where a step at rest begins: what had friction at the end of the one before.
+void BodyStepper::note_friction_before()
+{
+    rubbed_.stencil = list_.stencil;
+    for (int c = 0; c < int(list_.contact.size()); ++c)
+        if (const BodyContact& k = list_.contact[std::size_t(c)];
+            system_.warm_friction.count(key(c)) > 0 && !is_of_crossing_rods(system_, k))
+            rubbed_.contact.push_back(k);
+}
+
+/// By the trapezoid rule the friction where a step begins acts through half of it also at contacts
+/// that are none at its end: the force has passed on, to a place of which half is missing too.
+double BodyStepper::friction_of_departed() const
+{
+    std::set<BodySystem::Key> now;
+    for (const BodyContact& c : list_.contact)
+        now.insert({c.pair, c.id});
+    double sum = 0;
+    for (const BodyContact& c : rubbed_.contact) {
+        const BodySystem::Key k{c.pair, c.id};
+        if (now.count(k) > 0) continue;
+        // A place is by its point where the body is now.
+        const auto moved = [](const Body& of, BodyPlace at) {
+            const Vec3 before = at.point;
+            at.point += of.displacement(at);
+            at.point = before + of.displacement(at);
+            return of.displacement(at);
+        };
+        Vec3 d = moved(body(std::size_t(c.a)), rubbed_.place_a(c));
+        if (c.b >= 0) d -= moved(body(std::size_t(c.b)), rubbed_.place_b(c));
+        sum -= 0.5 * system_.warm_friction.at(k).dot(d);
+    }
+    return sum;
 }
 
 /// Where a contact's force, or a joint's, acts on both of its bodies: where they met, moved on as

@@ -80,6 +80,10 @@ void BodySimulation::State::note_instruments(const StepRecord& r)
         if (instruments.size() <= k) instruments.emplace_back();
         const BeamRecord& beam = r.beams[std::size_t(rod)];
         instruments[k].note(r, beam, obstacles, walls);
+        RodBody& body = *system->refs[std::size_t(b)].rod;
+        const bool outside = instruments[k].opening >= 0;
+        if (outside && !body.feed_is_stopped()) body.stop_feed();
+        if (!outside && body.feed_is_stopped()) body.let_go_feed();
         instruments[k].add_quantities(beam.name, summary.quantities);
         ++k;
     });
@@ -92,7 +96,7 @@ void BodySimulation::State::finish()
         const std::size_t k = summary.texts.size();
         if (k < instruments.size())
             summary.texts.push_back({scene.rods[std::size_t(rod)].name + "_branch",
-                                     instruments[k].branch.name(obstacles)});
+                                     instruments[k].place(obstacles)});
     });
     summary.steps = step;
     summary.time = time;

@@ -151,6 +151,7 @@ void BodyStepper::find()
     } else {
         std::swap(list_, list_before_);
         find_at_start();
+        if (!found_ && !step_.dynamic) note_friction_before();
         found_ = true;
         follow_contacts();
         if (!step_.dynamic) hold_lost(list_before_, moved_);

@@ -145,6 +145,8 @@ private:
     BodyStepReport& report_;
 
     void find_at_start();
+    void note_friction_before();
+    double friction_of_departed() const;
 
     BodyContacts list_, list_before_, at_start_;
     /// A contact that appeared and disappeared, as it was found.
@@ -227,6 +229,7 @@ private:
     Eigen::VectorXd made_before_;
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;
+    BodyContacts rubbed_; ///< of steps at rest: contacts at its start that had friction then
 };
 
 } // namespace amontons

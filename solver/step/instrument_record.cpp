@@ -21,6 +21,11 @@ double nearest_arc(const BeamRecord& beam, const std::vector<double>& arc, const
     return at;
 }
 
+bool is_beyond(const Opening& opening, const Vec3& x)
+{
+    return (x - opening.centre).dot(opening.outward) > 0;
+}
+
 } // namespace
 
 void record_instrument(const BeamRecord& beam, int body, double depth, double cluster,
@@ -63,13 +68,33 @@ void InstrumentLog::note(const StepRecord& record, const BeamRecord& beam,
         const auto q = std::ranges::find(record.quantities, beam.name + what, &Quantity::name);
         return q == record.quantities.end() ? 0 : q->value;
     };
-    const double depth = value("_depth");
+    const Vec3 before = Vec3::Map(tip), now = beam.points.back();
+    // Pulled back into the vessel: it may continue another way.
+    if (opening >= 0 && !is_beyond(passed(obstacles), now)) opening = -1;
+    const double depth_now = value("_depth");
+    // An inlet that it is drawn out of does not count.
+    const bool goes_in = depth >= 0 && depth_now > depth;
+    for (const int o : walls) {
+        if (opening >= 0 || !goes_in || std::size_t(o) >= obstacles.size()) continue;
+        const WallModel& m = obstacles[std::size_t(o)].model;
+        if (const Opening* p = opening_passed(m, before, now)) {
+            opening = int(p - m.openings.data());
+            opening_wall = o;
+        }
+    }
+    Vec3::Map(tip) = now;
+    depth = depth_now;
     const bool is_most = depth >= max_depth;
     branch.note(obstacles, walls, beam.points.back(), depth, is_most);
     if (is_most) max_depth = depth;
     max_push = std::max(max_push, value("_push_force"));
     max_torque = std::max(max_torque, std::abs(value("_torque")));
     max_clustered = std::max(max_clustered, value("_clustered_force"));
+}
+
+std::string InstrumentLog::place(const std::vector<Obstacle>& obstacles) const
+{
+    return opening >= 0 ? passed(obstacles).name : branch.name(obstacles);
 }
 
 void InstrumentLog::add_quantities(const std::string& name, std::vector<Quantity>& out) const

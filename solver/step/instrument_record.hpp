@@ -18,14 +18,25 @@ void record_instrument(const BeamRecord& beam, int body, double depth, double cl
 struct InstrumentLog {
     /// Part of the vessel in which the tip is.
     BranchLog branch;
+    /// That its tip has passed, and of which obstacle; -1: none.
+    int opening = -1, opening_wall = -1;
+    double tip[3] = {0, 0, 0}, depth = -1; ///< when it was noted last; depth < 0: never [m]
     /// Largest values of the run [m], [N], [N m], [N].
     double max_depth = 0, max_push = 0, max_torque = 0, max_clustered = 0;
 
     /// @param walls  obstacles that it can touch
     void note(const StepRecord& record, const BeamRecord& beam,
               const std::vector<Obstacle>& obstacles, std::span<const int> walls);
+    /// Name of the opening that the tip has passed, else of the branch where it was deepest, or "".
+    std::string place(const std::vector<Obstacle>& obstacles) const;
     /// Appends its quantities to a record.
     void add_quantities(const std::string& name, std::vector<Quantity>& out) const;
+
+private:
+    const Opening& passed(const std::vector<Obstacle>& obstacles) const
+    {
+        return obstacles[std::size_t(opening_wall)].model.openings[std::size_t(opening)];
+    }
 };
 
 } // namespace amontons

@@ -74,6 +74,33 @@ TEST_CASE("a rod's friction is one cone along and around it")
     }
 }
 
+TEST_CASE("what a rod that is drawn over a ball takes from its hand friction takes from element to "
+          "element")
+{
+    // The ball touches between the nodes too, and the contact wanders from one to the next.
+    for (const double step : {0.02, 0.01}) {
+        CAPTURE(step);
+        const Result r = run(fmt::format(R"("bodies": {{
+            "ball": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.002}},
+                "start": {{"place": [0.08, 0, -0.0026]}},
+                "drive": {{"x": 0, "y": 0, "z": [[0, 0], [0.2, 0.0021]]}}}},
+            "rod": {{"kind": "rod",
+                "segments": [{{"length": 0.15, "radius": 0.0005, "EI": 1e-3, "EA": 1e4,
+                               "element": 0.005}}],
+                "shape": {{"normal": [0, 0, 1]}},
+                "hold": [{{"set": "start", "x": [[0, 0], [0.2, 0], [1, -0.04]], "y": [[0, 0]],
+                           "z": [[0, 0]]}},
+                         {{"set": "end", "y": [[0, 0]], "z": [[0, 0]], "turns": "free"}}]}}}},
+            "contact": [{{"between": ["rod", "ball"], "friction": 0.3}}],
+            "time": {{"step": {}, "end": 1}})",
+                                         step));
+        REQUIRE(r.summary.message == "");
+        const EnergyRecord& e = r.summary.energy;
+        CHECK(e.friction > 0.5 * e.work_absolute);
+        CHECK(std::abs(e.error()) < 1e-3 * e.friction);
+    }
+}
+
 TEST_CASE("more places that may touch do not change what a rod does and Newton's method is quick")
 {
     for (const double friction : {0.0, 0.3}) {

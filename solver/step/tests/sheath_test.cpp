@@ -98,6 +98,32 @@ TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_
     }
 }
 
+TEST_CASE("an instrument as a rod stops as a wire where its tip comes out of an opening")
+{
+    Bend b;
+    b.fed = 0.15; // 20 mm farther than the tube's end
+    const Both r = both(b);
+    CHECK(r.of_wire("depth") < 0.14);
+    // Within what is fed in a step: the two may cut them differently.
+    CHECK(std::abs(r.of_rod("depth") - r.of_wire("depth")) < 0.14 / b.steps);
+    CHECK(std::abs(r.of_rod("push_force")) < 1e-3); // straight again, and nothing before it
+    // Drawn back into the tube it may come out again: to the same place.
+    b.steps = 40;
+    const Result again =
+        run(b.scene(true),
+            {"bodies.wire.drive.insertion=[[0, 0.01], [0.4, 0.15], [0.7, 0.1], [1, 0.15]]"});
+    REQUIRE(again.summary.message == "");
+    double least = 1, most = 0;
+    for (std::size_t i = 0; i < again.records.size(); ++i) {
+        const double depth = again.value("wire_depth", i);
+        most = std::max(most, depth);
+        if (again.records[i].time > 0.4) least = std::min(least, depth);
+    }
+    CHECK(most < 0.14);
+    CHECK(least == doctest::Approx(0.1).epsilon(0.01));
+    CHECK(again.value("wire_depth") > 0.125);
+}
+
 TEST_CASE("a tip that is drawn aside pulls an instrument as a rod as it does a wire")
 {
     const char* const held = R"("drive": {"insertion": [[0, 0.1], [1, 0.1]]},
