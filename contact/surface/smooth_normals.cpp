@@ -125,8 +125,8 @@ SmoothGroups::SmoothGroups(const ExternalSurface& surface, std::span<const Vec3>
     }
     members_.reserve(corners.size());
     for (std::size_t node = 0; node + 1 < begin.size(); ++node) {
-        const auto around = std::span<const Corner>(corners).subspan(
-            begin[node], begin[node + 1] - begin[node]);
+        const auto around =
+            std::span<const Corner>(corners).subspan(begin[node], begin[node + 1] - begin[node]);
         const std::vector<std::size_t> group = groups_of(around, std::cos(sharp));
         for (std::size_t first = 0; first < around.size(); ++first) {
             if (group[first] != first) continue;

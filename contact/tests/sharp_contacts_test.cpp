@@ -177,7 +177,8 @@ TEST_CASE("a surface that was flat at rest has one normal at a node however far 
             return most;
         };
         CHECK(jump(floor.sharp) < 1e-12);
-        CHECK(jump(sharp_features(floor.body.surface, places)) > 0.6); // what is told by the present shape alone
+        // What is told by the present shape alone:
+        CHECK(jump(sharp_features(floor.body.surface, places)) > 0.6);
     }
 }
 

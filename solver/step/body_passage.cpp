@@ -17,9 +17,9 @@ double longest_motion(const SolidBody& solid)
 {
     double squared = 0;
     for (const std::int32_t node : solid.touching())
-        squared = std::max(squared, (solid.places()[std::size_t(node)] -
-                                     solid.places_before()[std::size_t(node)])
-                                        .squaredNorm());
+        squared = std::max(
+            squared, (solid.places()[std::size_t(node)] - solid.places_before()[std::size_t(node)])
+                         .squaredNorm());
     return std::sqrt(squared);
 }
 

@@ -16,7 +16,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kSameRow = 0.05;  // of weights
+constexpr double kSameRow = 0.05; // of weights
 
 bool same_place(const SurfacePlace& a, const SurfacePlace& b)
 {
