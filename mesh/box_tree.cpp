@@ -46,10 +46,14 @@ void BoxTree::split_(std::size_t node, std::int32_t first, std::int32_t count,
     Eigen::Index axis = 0;
     (centres.high - centres.low).maxCoeff(&axis);
     const std::int32_t half = count / 2;
+    const auto along = [&](std::int32_t i) {
+        const BoundingBox& b = boxes[static_cast<std::size_t>(i)];
+        return b.low[axis] + b.high[axis];
+    };
     // Ties by number: the order does not depend on the library.
     std::nth_element(order_.begin() + first, order_.begin() + first + half,
                      order_.begin() + first + count, [&](std::int32_t a, std::int32_t b) {
-                         const double x = twice_centre(a)[axis], y = twice_centre(b)[axis];
+                         const double x = along(a), y = along(b);
                          return x < y || (x == y && a < b);
                      });
     const std::size_t child = nodes_.size();

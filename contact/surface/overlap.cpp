@@ -317,7 +317,8 @@ Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
     return e;
 }
 
-void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots)
+void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots,
+                   const Shallow& shallow)
 {
     // ---- Boxes and nodes that may overlap
     const BoundingBox box_a = box_around(a);
@@ -346,10 +347,13 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         return way.dot(a.places[std::size_t(node)]) >= begins;
     };
     BoundingBox meets;
-    for (const FacetedSurface::Edge& e : a.facets.edges())
-        if (reaches(e.nodes[0]) || reaches(e.nodes[1]))
-            for (const std::int32_t n : e.nodes)
-                meets.add(a.places[std::size_t(n)]);
+    std::vector<const FacetedSurface::Edge*> edges;
+    for (const FacetedSurface::Edge& e : a.facets.edges()) {
+        if (!reaches(e.nodes[0]) && !reaches(e.nodes[1])) continue;
+        edges.push_back(&e);
+        for (const std::int32_t n : e.nodes)
+            meets.add(a.places[std::size_t(n)]);
+    }
     shared.low = shared.low.max(meets.low);
     shared.high = shared.high.min(meets.high);
     if (!(shared.low <= shared.high).all()) return;
@@ -385,7 +389,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
                 bulge = std::min(bulge, bulge_of_face(of, f, s.face));
             return bulge;
         };
-        s.bulge = least(a, own_faces) + least(b, other_faces);
+        if (s.depth > std::min(shallow.of_face * s.face, shallow.depth))
+            s.bulge = least(a, own_faces) + least(b, other_faces);
         spots.push_back(s);
         return foot->normal;
     };
@@ -420,8 +425,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         return at != met.end() && at->node == node ? at->normal : Vec3(Vec3::Zero());
     };
     std::vector<double> shares;
-    for (const FacetedSurface::Edge& e : a.facets.edges()) {
-        if (!reaches(e.nodes[0]) && !reaches(e.nodes[1])) continue;
+    for (const FacetedSurface::Edge* edge : edges) {
+        const FacetedSurface::Edge& e = *edge;
         const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
         BoundingBox way;
         way.add(x0);

@@ -96,9 +96,16 @@ struct Extent {
 Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
                     std::span<const Vec3> places);
 
+/// What is deep in neither way needs no bulge: it is left 0, and costs most of a search.
+struct Shallow {
+    double of_face = 0; ///< depth, of the smaller of the faces that meet
+    double depth = std::numeric_limits<double>::infinity(); ///< [m]
+};
+
 /// Places of a that are inside the body of b; their depth is that below b.
 /// Cost: O(n log n) where their boxes meet.
-void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots);
+void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots,
+                   const Shallow& shallow = {});
 
 /// Places of a surface inside an exact shape, at most one of each face, the deepest there: exact to
 /// a twentieth of it for convex shapes.

@@ -119,6 +119,19 @@ private:
     void nodes_on_faces(const SharpSurface& own, const SharpSurface& other, bool own_is_slave);
     void edges_across_edges();
 
+    /// The normal of a face, which does not jump to the next; nothing where it has no area.
+    std::optional<Vec3> smooth_normal(const SharpSurface& s, std::int32_t face,
+                                      const PerNode& values)
+    {
+        if (s.fixed && !s.fixed->normals.has(face)) return {};
+        if (s.fixed) return s.fixed->normals.normal(face, values);
+        std::optional<SmoothNormalsOnDemand>& smooth = smooth_[&s == &master_];
+        if (!smooth) smooth.emplace(s.surface, s.places, s.features.smooth);
+        return smooth->normal(face, values);
+    }
+    Vec3 normal_on(const SharpSurface& s, const Piece& p, const SharpSurface& other,
+                   const Piece& edge);
+
     /// What faces must rise by for this contact to be one.
     double least_rise(std::int64_t id) const
     {
@@ -144,6 +157,7 @@ private:
     const std::vector<std::int64_t>* known_;
     bool bare_corners_ = false;
     SurfaceContacts out_;
+    std::optional<SmoothNormalsOnDemand> smooth_[2]; // of slave, of master, once they are needed
 };
 
 /// How far (sine) the faces around a sharp node lead away from a body whose normal is n, at least;
@@ -200,13 +214,15 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
     const std::vector<std::size_t> near = sharp_nodes_in(own, box_with_margin(other, reach_));
     if (near.empty()) return;
     std::optional<FacetTree> now; // of a surface that bends
-    std::optional<SmoothNormals> normals_now;
     if (!other.fixed) {
-        now.emplace(facets_of(other.surface, other.places));
-        normals_now = amontons::smooth_normals(other);
+        BoundingBox within; // no node reaches farther
+        for (const std::size_t i : near)
+            within.add(place_at(own.places, f.nodes[i]));
+        within.low -= reach_;
+        within.high += reach_;
+        now.emplace(facets_near(other.surface, other.places, within, 0));
     }
     const NearestFace faces(other.fixed ? other.fixed->faces : *now);
-    const SmoothNormals& smooth = other.fixed ? other.fixed->normals : *normals_now;
     for (const std::size_t i : near) {
         const Vec3& x = place_at(own.places, f.nodes[i]);
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
@@ -223,9 +239,8 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         const FaceInPlane face(nodes, other.places);
         const FaceSpot foot = spot(face, nearest_xi(face, x, met.point.xi));
         const Vec3 apart = x - foot.place;
-        const Vec3 normal = smooth.has(met.facet->face)
-                                ? smooth.normal(met.facet->face, foot.values)
-                                : Vec3(foot.along[0].cross(foot.along[1]).normalized());
+        const Vec3 normal = smooth_normal(other, met.facet->face, foot.values)
+                                .value_or(foot.along[0].cross(foot.along[1]).normalized());
         SurfaceContact c;
         c.gap = normal.dot(apart);
         if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
@@ -253,11 +268,6 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
 
 } // namespace
 
-SmoothNormals smooth_normals(const SharpSurface& s)
-{
-    return SmoothNormals(s.surface, s.places, SmoothNormals::kSharp, s.at_rest);
-}
-
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& s)
 {
     const std::span<const Piece> pieces = std::span(s.features.pieces).first(s.features.sharp);
@@ -282,12 +292,11 @@ BoundingBox piece_box(const SharpSurface& s, const Piece& p, double margin)
 namespace {
 
 /// The normal of a surface on a piece that is not sharp, where an edge of the other passes.
-Vec3 normal_on(const SharpSurface& s, const Piece& p, const SmoothNormals& smooth,
-               const SharpSurface& other, const Piece& edge)
+Vec3 Finder::normal_on(const SharpSurface& s, const Piece& p, const SharpSurface& other,
+                       const Piece& edge)
 {
     const Vec3 mean =
         (sharp_face_normal(s, p.faces[0]) + sharp_face_normal(s, p.faces[1])).normalized();
-    if (!smooth.has(p.faces[0])) return mean;
     const Vec3 &a = place_at(s.places, p.nodes[0]), &b = place_at(other.places, edge.nodes[0]);
     Mat3 basis;
     basis << place_at(s.places, p.nodes[1]) - a, b - place_at(other.places, edge.nodes[1]), mean;
@@ -298,7 +307,7 @@ Vec3 normal_on(const SharpSurface& s, const Piece& p, const SmoothNormals& smoot
         if (nodes[k] == p.nodes[0]) values[Eigen::Index(k)] = 1 - t;
         if (nodes[k] == p.nodes[1]) values[Eigen::Index(k)] = t;
     }
-    return smooth.normal(p.faces[0], values);
+    return smooth_normal(s, p.faces[0], values).value_or(mean);
 }
 
 /// Where two pieces are over each other, between their ends.
@@ -350,17 +359,11 @@ void Finder::edges_across_edges()
     };
 
     std::vector<std::array<Vec3, 2>> of_chains[2]; // of bodies that bend, once they are needed
-    std::optional<SmoothNormals> smooth[2];        // of the slave, of the master
     const auto directions = [&](const SharpSurface& s,
                                 bool master) -> const std::vector<std::array<Vec3, 2>>& {
         if (s.fixed) return s.fixed->directions;
         if (of_chains[master].empty()) of_chains[master] = chain_directions(s);
         return of_chains[master];
-    };
-    const auto smooth_normals = [&](const SharpSurface& s, bool master) -> const SmoothNormals& {
-        if (s.fixed) return s.fixed->normals;
-        if (!smooth[master]) smooth[master] = amontons::smooth_normals(s);
-        return *smooth[master];
     };
     std::vector<Crossing> found;
     const auto add = [&](std::size_t i, std::size_t j, const Vec3& normal, std::int64_t id,
@@ -441,7 +444,7 @@ void Finder::edges_across_edges()
             // The sharp one lies on the faces that the other parts.
             const SharpSurface &edge = sharp ? slave_ : master_, &flat = sharp ? master_ : slave_;
             const Piece &e = sharp ? p : q, &f = sharp ? q : p;
-            const Vec3 n = normal_on(flat, f, smooth_normals(flat, sharp), edge, e);
+            const Vec3 n = normal_on(flat, f, edge, e);
             const Vec3 along =
                 (place_at(edge.places, e.nodes[1]) - place_at(edge.places, e.nodes[0]))
                     .normalized();

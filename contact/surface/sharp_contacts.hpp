@@ -35,6 +35,7 @@ struct SharpFeatures {
     std::vector<std::int32_t> nodes; ///< of sharp edges, ascending
     std::vector<std::size_t> begin;  ///< of each in `faces`, and the end
     std::vector<std::int32_t> faces; ///< around each
+    SmoothGroups smooth;             ///< faces that smooth edges join
 };
 
 /// @param places  of all nodes of the mesh, at rest [m]
@@ -50,12 +51,7 @@ struct SharpSurface {
     const SharpFeatures& features;
     std::span<const Vec3> places;      ///< of all nodes of the mesh [m]
     const FixedShape* fixed = nullptr; ///< of a surface that does not bend: what searches need
-    /// Of all nodes: what is sharp there is sharp, what a load dents is not; empty: as `places` [m].
-    std::span<const Vec3> at_rest = {};
 };
-
-/// Its normals, which do not jump from face to face.
-SmoothNormals smooth_normals(const SharpSurface& surface);
 
 /// Unit directions of the chains at the two nodes of each sharp piece.
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& surface);

@@ -55,6 +55,7 @@ SharpFeatures sharp_features(const ExternalSurface& surface, std::span<const Vec
                              double sharp)
 {
     SharpFeatures f;
+    f.smooth = SmoothGroups(surface, places);
     std::vector<SharpFeatures::Piece> others;
     for (const SurfaceEdge& e : find_edges(surface, places).edges) {
         if (e.faces[1] < 0) continue;

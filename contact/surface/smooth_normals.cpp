@@ -9,6 +9,7 @@
 #include <numbers>
 #include <numeric>
 #include <tuple>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -26,6 +27,12 @@ struct Corner {
 std::size_t on_border(std::size_t nodes, std::size_t k)
 {
     return nodes != 6 ? k : k / 2 + (k % 2 == 0 ? 0 : 3);
+}
+
+/// The other way: where a node is on the border.
+std::size_t along_border(std::size_t nodes, std::size_t k)
+{
+    return nodes != 6 ? k : k < 3 ? 2 * k : 2 * (k - 3) + 1;
 }
 
 /// A node of a T6, corner or middle of a side.
@@ -97,10 +104,9 @@ std::vector<std::size_t> groups_of(std::span<const Corner> around, double least_
 
 } // namespace
 
-SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
-                             double sharp, std::span<const Vec3> at_rest)
-    : corners_(surface.faces.size(), 0)
-    , normals_(surface.faces.size())
+SmoothGroups::SmoothGroups(const ExternalSurface& surface, std::span<const Vec3> places,
+                           double sharp)
+    : group_(surface.nodes.size())
 {
     // Corners by their node.
     std::vector<std::size_t> begin(surface.used_nodes.size() + 1, 0);
@@ -109,31 +115,57 @@ SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec
             ++begin[at(surface.surface_nodes[at(n)]) + 1];
     std::partial_sum(begin.begin(), begin.end(), begin.begin());
     std::vector<std::size_t> next(begin.begin(), begin.end() - 1);
-    std::vector<Corner> corners(begin.back()), rest(at_rest.empty() ? 0 : begin.back());
+    std::vector<Corner> corners(begin.back());
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const std::span<const std::int32_t> nodes = surface.face(f);
+        for (std::size_t k = 0; k < nodes.size(); ++k) {
+            const Corner c = corner_of(nodes, places, f, k);
+            corners[next[at(surface.surface_nodes[at(nodes[at(c.corner)])])]++] = c;
+        }
+    }
+    members_.reserve(corners.size());
+    for (std::size_t node = 0; node + 1 < begin.size(); ++node) {
+        const auto around =
+            std::span<const Corner>(corners).subspan(begin[node], begin[node + 1] - begin[node]);
+        const std::vector<std::size_t> group = groups_of(around, std::cos(sharp));
+        for (std::size_t first = 0; first < around.size(); ++first) {
+            if (group[first] != first) continue;
+            for (std::size_t j = first; j < around.size(); ++j) {
+                if (group[j] != first) continue;
+                members_.push_back({around[j].face, around[j].corner});
+                group_[at(surface.starts[at(around[j].face)]) + at(around[j].corner)] = groups();
+            }
+            begin_.push_back(members_.size());
+        }
+    }
+}
+
+SmoothNormals::SmoothNormals(const ExternalSurface& surface, std::span<const Vec3> places,
+                             double sharp, std::span<const Vec3> at_rest)
+    : corners_(surface.faces.size(), 0)
+    , normals_(surface.faces.size())
+{
+    const SmoothGroups groups(surface, at_rest.empty() ? places : at_rest, sharp);
+    std::vector<Vec3> weighted(surface.nodes.size()); // normals of each face's nodes by their angle
+    const auto number = [&](std::int32_t face, std::int32_t node) {
+        return at(surface.starts[at(face)]) + at(node);
+    };
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> nodes = surface.face(f);
         corners_[f] = static_cast<std::uint8_t>(nodes.size());
         for (std::size_t k = 0; k < nodes.size(); ++k) {
             const Corner c = corner_of(nodes, places, f, k);
             if (!(c.angle > 0)) corners_[f] = 0;
-            const std::size_t node = nodes.size() == 6 ? on_border(6, k) : k;
-            const std::size_t number = next[at(surface.surface_nodes[at(nodes[node])])]++;
-            corners[number] = c;
-            if (!at_rest.empty()) rest[number] = corner_of(nodes, at_rest, f, k);
+            weighted[number(c.face, c.corner)] = c.angle * c.normal;
         }
     }
-    for (std::size_t node = 0; node + 1 < begin.size(); ++node) {
-        const auto around =
-            std::span<const Corner>(corners).subspan(begin[node], begin[node + 1] - begin[node]);
-        const std::vector<std::size_t> group =
-            groups_of(rest.empty() ? around : std::span(rest).subspan(begin[node], around.size()),
-                      std::cos(sharp));
-        for (std::size_t i = 0; i < around.size(); ++i) {
-            Vec3 sum = Vec3::Zero();
-            for (std::size_t j = 0; j < around.size(); ++j)
-                if (group[j] == group[i]) sum += around[j].angle * around[j].normal;
-            normals_[at(around[i].face)][at(around[i].corner)] = sum.normalized();
-        }
+    for (std::size_t g = 0; g < groups.groups(); ++g) {
+        Vec3 sum = Vec3::Zero();
+        for (const SmoothGroups::Member& m : groups.members(g))
+            sum += weighted[number(m.face, m.node)];
+        const Vec3 normal = sum.normalized();
+        for (const SmoothGroups::Member& m : groups.members(g))
+            normals_[at(m.face)][at(m.node)] = normal;
     }
 }
 
@@ -143,6 +175,47 @@ Vec3 SmoothNormals::normal(std::int32_t face, const PerNode& values) const
     Vec3 sum = Vec3::Zero();
     for (std::size_t k = 0; k < corners_[f]; ++k)
         sum += values[static_cast<Eigen::Index>(k)] * normals_[f][k];
+    return sum.normalized();
+}
+
+SmoothNormalsOnDemand::SmoothNormalsOnDemand(const ExternalSurface& surface,
+                                             std::span<const Vec3> places,
+                                             const SmoothGroups& groups)
+    : surface_(surface)
+    , places_(places)
+    , groups_(groups)
+    , known_(groups.groups(), 0)
+    , normal_(groups.groups())
+{
+}
+
+bool SmoothNormalsOnDemand::has_(std::int32_t face) const
+{
+    const std::span<const std::int32_t> nodes = surface_.face(at(face));
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (!(corner_of(nodes, places_, at(face), k).angle > 0)) return false;
+    return true;
+}
+
+const Vec3& SmoothNormalsOnDemand::of_group_(std::size_t group)
+{
+    if (std::exchange(known_[group], std::uint8_t(1))) return normal_[group];
+    Vec3 sum = Vec3::Zero();
+    for (const SmoothGroups::Member& m : groups_.members(group)) {
+        const std::span<const std::int32_t> nodes = surface_.face(at(m.face));
+        const Corner c =
+            corner_of(nodes, places_, at(m.face), along_border(nodes.size(), at(m.node)));
+        sum += c.angle * c.normal;
+    }
+    return normal_[group] = sum.normalized();
+}
+
+std::optional<Vec3> SmoothNormalsOnDemand::normal(std::int32_t face, const PerNode& values)
+{
+    if (!has_(face)) return {};
+    Vec3 sum = Vec3::Zero();
+    for (std::size_t k = 0; k < surface_.face(at(face)).size(); ++k)
+        sum += values[static_cast<Eigen::Index>(k)] * of_group_(groups_.group(surface_, face, k));
     return sum.normalized();
 }
 

@@ -267,3 +267,38 @@ TEST_CASE("what is measured of bent quadrilaterals does not depend on where thei
         CHECK(one[i].face == doctest::Approx(0.225).epsilon(1e-3));
     }
 }
+
+TEST_CASE("places that are shallow by what is asked for have no bulge, deeper ones the same")
+{
+    // A ball in a block: places of all depths down to the ball's.
+    SolidBallOptions options;
+    options.radius = 0.3;
+    options.cells = 8;
+    TouchingBody ball = with_surface(make_solid_ball(options));
+    ball.move(Eigen::Isometry3d(Eigen::Translation3d(0.013, 0.021, 0.27)));
+    const TouchingBody block =
+        box_body(ElementKind::T4, {-0.5, -0.5, -0.4}, {0.5, 0.5, 0}, {7, 6, 3});
+    const FacetedSurface of_ball(ball.surface), of_block(block.surface);
+    const PlacedSurface a{of_ball, ball.mesh.nodes}, b{of_block, block.mesh.nodes};
+    std::vector<OverlapSpot> all;
+    overlap_spots(a, b, all);
+    REQUIRE(all.size() > 3);
+    const double middle = 0.5 * deepest_spot(all);
+    for (const Shallow& shallow : {Shallow{1e6, middle}, Shallow{middle / all[0].face}}) {
+        std::vector<OverlapSpot> spots;
+        overlap_spots(a, b, spots, shallow);
+        REQUIRE(spots.size() == all.size());
+        int deep = 0, left = 0;
+        for (std::size_t i = 0; i < all.size(); ++i) {
+            CHECK(all[i].bulge > 0);
+            CHECK(spots[i].depth == all[i].depth);
+            CHECK(spots[i].face == all[i].face);
+            const bool counts =
+                all[i].depth > std::min(shallow.of_face * all[i].face, shallow.depth);
+            CHECK(spots[i].bulge == (counts ? all[i].bulge : 0));
+            (counts ? deep : left) += 1;
+        }
+        CHECK(deep > 0);
+        CHECK(left > 0);
+    }
+}

@@ -123,8 +123,7 @@ TEST_CASE("normals of T6 are those of a ball to the order of its faces and do no
                 const std::int32_t node = nodes[static_cast<std::size_t>(k)];
                 const auto [at, is_new] = of_node.try_emplace(node, n);
                 CHECK((at->second - n).norm() < 1e-14);
-                const Vec3 radial =
-                    body.mesh.nodes[static_cast<std::size_t>(node)].normalized();
+                const Vec3 radial = body.mesh.nodes[static_cast<std::size_t>(node)].normalized();
                 worst = std::max(worst, (n - radial).norm());
             }
         }
@@ -188,5 +187,30 @@ TEST_CASE("smooth normals of a ball over a plane: tilts are nearer to those of t
         }
         MESSAGE(std::string(shape_of(kind).name) << " " << tilt[0] << " " << tilt[1]);
         CHECK(tilt[1] < tilt[0]);
+    }
+}
+
+TEST_CASE("normals on demand are those of the whole surface, sharp where it is at rest")
+{
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        for (TouchingBody body :
+             {round_ball(kind, 8), box_body(kind, {0, 0, 0}, {1, 1, 1}, {3, 2, 4})}) {
+            const std::vector<Vec3> rest = body.mesh.nodes;
+            for (Vec3& x : body.mesh.nodes)
+                x.z() += 0.8 * std::abs(x.x() - 0.3);
+            const SmoothNormals whole(body.surface, body.mesh.nodes, SmoothNormals::kSharp, rest);
+            const SmoothGroups groups(body.surface, rest);
+            SmoothNormalsOnDemand some(body.surface, body.mesh.nodes, groups);
+            for (std::size_t f = 0; f < body.surface.faces.size(); f += 3) {
+                PerNode values = PerNode::Zero();
+                for (std::size_t k = 0; k < body.surface.face(f).size(); ++k)
+                    values[Eigen::Index(k)] = 0.1 + 0.2 * double(k);
+                const auto face = static_cast<std::int32_t>(f);
+                const std::optional<Vec3> normal = some.normal(face, values);
+                REQUIRE(normal.has_value());
+                CHECK((*normal - whole.normal(face, values)).norm() < 1e-14);
+            }
+        }
     }
 }

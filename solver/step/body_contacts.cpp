@@ -509,9 +509,8 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     add(mortar_contacts(p.surface_a->outside, x_a, p.surface_b->outside, x_b, options), pair, p.a,
         p.b, true, out);
     if (p.a != p.b) // every body lies beside its own sharp edges
-        add_sharp({p.surface_a->outside, p.surface_a->sharp, x_a, nullptr, a.mesh().nodes},
-                  {p.surface_b->outside, p.surface_b->sharp, x_b, nullptr, b.mesh().nodes}, pair,
-                  true, out);
+        add_sharp({p.surface_a->outside, p.surface_a->sharp, x_a},
+                  {p.surface_b->outside, p.surface_b->sharp, x_b}, pair, true, out);
 }
 
 std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, const Placement& at)
@@ -571,7 +570,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
     const auto first = std::ptrdiff_t(out.contact.size());
     add(mortar_contacts(p.surface_a->outside, x, shape, options), pair, p.a, p.b, false, out);
-    add_sharp({p.surface_a->outside, p.surface_a->sharp, x, nullptr, a.mesh().nodes},
+    add_sharp({p.surface_a->outside, p.surface_a->sharp, x},
               {facets.surface, facets.sharp, facets.mesh.points, &shape}, pair, false, out);
     for (auto c = out.contact.begin() + first; c != out.contact.end(); ++c) {
         c->frame = contact_frame(at.turn * c->frame.col(0));

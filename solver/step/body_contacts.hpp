@@ -163,6 +163,9 @@ struct DefaultLaw {
 /// How far contacts between meshes are searched for, of the thinner body: beyond lie far sides.
 /// Ratio.
 constexpr double kReachOfThickness = 0.4;
+/// In motion places get rows from here on for the step to come, of the depth beyond which they get
+/// rows: a step that is done again costs all of it. Ratio.
+constexpr double kRowsAhead = 0.7;
 /// The number of a contact that stands for an area is that of the node which carries its
 /// multiplier, beside multiples of this.
 constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
@@ -354,6 +357,7 @@ private:
     std::vector<AxisBox> swept_;                   // of the bodies, over the step
     std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
     std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
+    std::vector<double> motion_;   // of a body's nodes in the step, the longest; < 0: not yet [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     std::vector<std::unique_ptr<Facets>> caps_;   // of the bodies: flat ends of cylinders
     std::vector<double> thickness_;               // of the bodies, once asked for [m]

@@ -205,7 +205,13 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.most = kNever * std::min(thinner, s.face);
             o.allowed = std::min(std::max(kAllowedOfFace * s.face, s.bulge), o.most);
             RowLimits rows = between_meshes(s, o.allowed);
-            if (!meshes) {
+            // Whatever else they depend on, no limit of a shape is less than this.
+            const bool round = s.round > kAllowedOfFace * s.face;
+            const double least = std::min((round ? kRowsOfRound : kAllowedOfFace) * s.face,
+                                          kRowsOfThickness * thinner);
+            if (!meshes && s.depth <= kRowsAhead * least) {
+                rows = {0, least};
+            } else if (!meshes) {
                 if (!unstrained) unstrained = a.solid->unstrained();
                 const Vec3 outward =
                     outward_normal_at({*p.surface_a->facets, a.solid->places()}, s.own);
@@ -239,9 +245,14 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         return keep(false);
     }
     const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b};
-    overlap_spots(own, other, spots);
+    // Whatever the bulge, no limit is less than this.
+    Shallow shallow;
+    if (!p.small)
+        shallow = {kRowsAhead * kAllowedOfFace,
+                   kRowsAhead * kRowsOfThickness * thinner_of(bodies, p)};
+    overlap_spots(own, other, spots, shallow);
     keep(false);
-    overlap_spots(other, own, spots);
+    overlap_spots(other, own, spots, shallow);
     keep(true);
 }
 

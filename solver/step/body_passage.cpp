@@ -6,10 +6,24 @@
 #include "solver/step/body_contacts.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <fmt/format.h>
 #include <limits>
 
 namespace amontons {
+namespace {
+
+double longest_motion(const SolidBody& solid)
+{
+    double squared = 0;
+    for (const std::int32_t node : solid.touching())
+        squared = std::max(
+            squared, (solid.places()[std::size_t(node)] - solid.places_before()[std::size_t(node)])
+                         .squaredNorm());
+    return std::sqrt(squared);
+}
+
+} // namespace
 
 bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
 {
@@ -21,11 +35,8 @@ bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair
         double& own = thinnest_[std::size_t(i)];
         if (b.solid) {
             if (own == 0) own = b.solid->thinnest();
-            double motion = 0;
-            for (const std::int32_t node : b.solid->touching())
-                motion = std::max(motion, (b.solid->places()[std::size_t(node)] -
-                                           b.solid->places_before()[std::size_t(node)])
-                                              .norm());
+            double& motion = motion_[std::size_t(i)];
+            if (motion < 0) motion = longest_motion(*b.solid);
             longest += motion;
         } else {
             const AxisBox box = axis_box(b.rigid->shape(), {});
@@ -67,6 +78,7 @@ bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair
 std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
 {
     sweep_rods(bodies);
+    motion_.assign(bodies.size(), -1);
     for (std::size_t k = 0; k < given_; ++k) {
         const ContactPair& p = pairs_[k];
         if (!p.small &&

@@ -16,10 +16,7 @@
 namespace amontons {
 namespace {
 
-// In motion places get rows from here on for the step to come: one that is done again costs all of
-// it.
-constexpr double kRowsAhead = 0.7; // of the depth beyond which they get rows
-constexpr double kSameRow = 0.05;  // of weights
+constexpr double kSameRow = 0.05; // of weights
 
 bool same_place(const SurfacePlace& a, const SurfacePlace& b)
 {
@@ -116,16 +113,15 @@ namespace {
 
 /// The normal of a surface at a foot, which does not jump from face to face.
 Vec3 smooth_normal_at(const FaceDistance::Foot& foot, const FacetedSurface& facets,
-                      const SmoothNormals& smooth)
+                      SmoothNormalsOnDemand& smooth)
 {
     const std::int32_t face = facets.triangles()[std::size_t(foot.triangle)].face;
-    if (!smooth.has(face)) return foot.normal;
     const auto nodes = facets.surface().face(std::size_t(face));
     PerNode values = PerNode::Zero();
     for (const StencilEntry& e : foot.place.nodes())
         if (const auto at = std::ranges::find(nodes, e.node); at != nodes.end())
             values[at - nodes.begin()] = e.weight;
-    return smooth.normal(face, values);
+    return smooth.normal(face, values).value_or(foot.normal);
 }
 
 } // namespace
@@ -149,19 +145,16 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             if (r.of_b == of_b) near.add(weighted(r.own.nodes(), own->places()));
         if (!(near.low <= near.high).all()) continue;
         std::optional<FaceDistance> faces;
-        std::optional<SmoothNormals> smooth;
-        const FacetedSurface* facets = exact  ? nullptr
-                                       : of_b ? &*p.surface_a->facets
-                                              : &*p.surface_b->facets;
-        if (facets) {
+        const ContactSurface* met = exact ? nullptr : of_b ? p.surface_a : p.surface_b;
+        std::optional<SmoothNormalsOnDemand> smooth;
+        if (met) {
             // The nearest face is no farther than this, or out of reach.
             near.low -= 2 * reach_;
             near.high += 2 * reach_;
-            const std::span<const Vec3> places = of_b ? a.solid->places() : b->places();
-            faces.emplace(PlacedSurface{*facets, places}, near);
+            const std::span<const Vec3> places = (of_b ? a.solid : b)->places();
+            faces.emplace(PlacedSurface{*met->facets, places}, near);
             if (faces->empty()) continue;
-            smooth.emplace(facets->surface(), places, SmoothNormals::kSharp,
-                           (of_b ? a.solid : b)->mesh().nodes);
+            smooth.emplace(met->facets->surface(), places, met->sharp.smooth);
         }
         std::int32_t hint = -1;
         for (const PlaceRow& r : rows_[std::size_t(pair)]) {
@@ -183,7 +176,7 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             } else {
                 const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
                 if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
-                normal = smooth_normal_at(*foot, *facets, *smooth);
+                normal = smooth_normal_at(*foot, *met->facets, *smooth);
                 k.gap = normal.dot(k.point - foot->point);
                 foot_place = foot->place;
             }
