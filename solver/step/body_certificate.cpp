@@ -152,7 +152,7 @@ bool BodyStepper::check_end_of_step()
     // ---- Balance of the bodies
     double shift = total > 0 && !nothing_ ? lost / total : 0;
     const std::vector<Eigen::VectorXd> f = forces_on_bodies(contacts(), acting);
-    double imbalance = 0;
+    double imbalance = nothing_ ? 0 : hanging_imbalance(f);
     int furthest = -1;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];
@@ -181,10 +181,14 @@ Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) co
     const Eigen::Index modes = mode_load_[b].size();
     std::vector<Eigen::Index> acting;
     double scale = 0;
+    std::vector<char> joint(std::size_t(rows_.count), 0); // holds without a force, too
+    for (std::size_t i = 0; i < rows_.chosen.size(); ++i)
+        if (problem_.kind[i] == ContactKind::bilateral) joint[std::size_t(rows_.first[i])] = 1;
     if (B_.size() > b && B_[b].size() > 0)
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i) {
             scale = std::max(scale, B_[b].row(Eigen::Index(i)).norm());
-            if (r_[rows_.row[b][i]] != 0) acting.push_back(Eigen::Index(i));
+            if (r_[rows_.row[b][i]] != 0 || joint[std::size_t(rows_.row[b][i])])
+                acting.push_back(Eigen::Index(i));
         }
     Eigen::MatrixXd felt =
         Eigen::MatrixXd::Zero(std::max(Eigen::Index(acting.size()), modes), modes);
@@ -202,7 +206,7 @@ void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unconstrained = unconstrained_modes(b, kUncontrolled);
+        const Eigen::MatrixXd unconstrained = idle_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",

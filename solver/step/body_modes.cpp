@@ -90,6 +90,7 @@ Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
 
 Eigen::VectorXd BodyStepper::load_on_modes(std::size_t b) const
 {
+    if (!hanging_.empty()) return mode_load_[b] - change_by_hanging(b);
     const Eigen::MatrixXd S = mode_stiffness(b);
     return S.size() > 0 ? mode_load_[b] - S * mode_[b] : mode_load_[b];
 }
@@ -402,6 +403,7 @@ bool BodyStepper::couple_modes()
     constexpr double kContrast = 1e3;
     constexpr int kMostCoupled = 2000; // rows: W is dense then
     if (modes_coupled_ || modes_apart_ || step_.dynamic || rows_.count > kMostCoupled) return false;
+    if (!hanging_.empty()) return modes_coupled_ = true;
     double least = std::numeric_limits<double>::infinity(), most = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (B_[b].size() == 0) continue;
@@ -427,6 +429,9 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
         modes += B_[b].cols();
     Eigen::MatrixXd B = Eigen::MatrixXd::Zero(rows_.count, modes);
     Eigen::VectorXd free(modes);
+    double least_size = std::numeric_limits<double>::infinity(); // of bodies with modes [m]
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (B_[b].cols() > 0) least_size = std::min(least_size, body(b).size());
     Eigen::VectorXd least = Eigen::VectorXd::Constant(rows_.count, double(rows_.count));
     for (std::size_t b = 0, at = 0; b < bodies(); at += std::size_t(B_[b++].cols())) {
         free.segment(Eigen::Index(at), B_[b].cols()).setConstant(kFree / mode_scale_[b]);
@@ -438,18 +443,36 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
         }
     }
     Eigen::MatrixXd T = free.asDiagonal();
-    for (Eigen::Index row = 0; row < rows_.count; ++row)
-        if (give[row] > 0)
-            T.noalias() +=
-                B.row(row).transpose() * (B.row(row) / (least[row] * give[row] * mode_weight()));
+    // Rows of rigid bodies alone hold with any weight, but S may be negative there.
+    const double firm = hanging_.empty() ? 0 : hanging_.load / least_size;
+    Eigen::VectorXd yields = give;
+    if (!hanging_.empty())
+        for (const auto& [row, own] : soft)
+            yields[row] += own;
+    for (Eigen::Index row = 0; row < rows_.count; ++row) {
+        const double weight =
+            yields[row] > 0 ? 1 / (least[row] * yields[row] * mode_weight()) : firm;
+        if (weight > 0) T.noalias() += B.row(row).transpose() * (weight * B.row(row));
+    }
+    const std::vector<Eigen::Index> seen = seen_modes();
+    if (!hanging_.empty()) T.diagonal() += hanging_.idle(seen);
     // Two bodies that touch stiffly and stand on something soft leave T singular by round-off.
     constexpr double kRoundOff = 1e-12;
     T.diagonal() *= 1 + kRoundOff;
-    coupled_root_ = cholesky_root(T);
+    coupled_root_ =
+        cholesky_root(hanging_.empty() ? T : Eigen::MatrixXd(T + hanging_.used(seen, seen)));
+    if (!hanging_.empty() && coupled_root_.size() == 0) {
+        hanging_.used = hanging_.away;
+        coupled_root_ = cholesky_root(T + hanging_.used(seen, seen));
+    }
     if (modes > 0 && coupled_root_.size() == 0) return false;
     const Delassus elastic = sum_of_bodies(rows_, W, soft);
     Eigen::MatrixXd all =
         elastic.is_dense() ? elastic.dense() : Eigen::MatrixXd(elastic.as_sparse());
+    if (!hanging_.empty()) {
+        coupled_B_ = B;
+        elastic_W_ = all;
+    }
     if (coupled_root_.size() > 0) {
         const Eigen::MatrixXd half =
             coupled_root_.transpose().triangularView<Eigen::Lower>().solve(B.transpose());

@@ -200,10 +200,12 @@ void BodyStepper::assemble()
                 W[b].noalias() += B_[b] * (share * mode_gain(b)) * B_[b].transpose();
         return sum_of_bodies(rows_, W, soft);
     };
+    if (!hanging_.empty()) couple_modes();
     if (modes && modes_coupled_ && !add_coupled_modes(give, W, soft)) {
         modes_coupled_ = false;
         modes_apart_ = true;
     }
+    if (!modes_coupled_) hanging_ = {};
     if (!modes || !modes_coupled_) {
         if (modes) measured_W_ = sum(1 / mode_weight());
         problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
@@ -326,7 +328,10 @@ bool BodyStepper::solve()
     for (int c = 0; c < n; ++c)
         all_.chosen[std::size_t(c)] = c;
     make_rows(contacts(), all_);
-    if (uses_matrix_free()) return solve_without_W();
+    if (uses_matrix_free()) {
+        hanging_ = {};
+        return solve_without_W();
+    }
     for (std::size_t b = 0; b < bodies(); ++b)
         if (SolidBody* solid = system_.refs[b].solid; solid && solid->iterative()) {
             solid->find_free_change();

@@ -45,6 +45,7 @@ void BodyStepper::linearise()
         free_.push_back(body(b).free_change());
         mode_load_.push_back(body(b).modes().cols() > 0 ? body(b).mode_load() : Eigen::VectorXd());
     }
+    find_hanging();
     report_.free_motion += watch.seconds();
 }
 
@@ -278,7 +279,8 @@ void BodyStepper::relax()
         for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
             part(*v, [](const auto& from, auto to) { to = from; });
 
-    const bool newton = all_in_matrix() || !true_tangent_.empty(); // nothing to extrapolate
+    // Nothing to extrapolate.
+    const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs();
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
@@ -428,8 +430,8 @@ bool BodyStepper::run()
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
         if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
-            const bool rests = sliding_reversed();
-            if (!rests && !adds_rows()) {
+            const bool rests = sliding_reversed(), upright = leave_upright();
+            if (!rests && !upright && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
                                               "their forces",
@@ -437,7 +439,7 @@ bool BodyStepper::run()
                 return false;
             }
             frozen_ = false;
-            if (!rests && step_.dynamic) { // contacts are found where the step starts
+            if (!rests && !upright && step_.dynamic) { // contacts are found where the step starts
                 again_ = true;
                 report_.refusal = "bodies overlap";
                 return false;

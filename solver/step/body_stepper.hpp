@@ -138,6 +138,15 @@ private:
     bool add_coupled_modes(const Eigen::VectorXd& compliance, const std::vector<Eigen::MatrixXd>& W,
                            const std::vector<std::pair<int, double>>& soft);
     std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
+    // body_hang.cpp
+    bool hangs() const;
+    bool only_hangs() const;
+    void find_hanging();
+    std::vector<Eigen::Index> seen_modes() const;
+    Eigen::MatrixXd idle_modes(std::size_t b, const Eigen::MatrixXd& unfelt) const;
+    bool leave_upright();
+    Eigen::VectorXd change_by_hanging(std::size_t b) const;
+    double hanging_imbalance(const std::vector<Eigen::VectorXd>& forces) const;
 
     BodySystem& system_;
     const StepInput step_;
@@ -230,6 +239,18 @@ private:
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;
     BodyContacts rubbed_; ///< of steps at rest: contacts at its start that had friction then
+    /// How the loads on the modes of all bodies change with them, where rigid bodies hang.
+    struct Hanging {
+        Eigen::MatrixXd stiffness; ///< by the forces at the iterate
+        Eigen::MatrixXd away;      ///< never negative: far from the balance
+        Eigen::MatrixXd used;      ///< one of both
+        Eigen::VectorXd idle;      ///< for turns that nothing holds
+        double load = 0;           ///< of all bodies [N]
+        bool empty() const { return used.size() == 0; }
+    } hanging_;
+    bool left_upright_ = false; ///< an unstable balance, in this step
+    Eigen::MatrixXd coupled_B_; ///< modes of all bodies seen by all rows, where some hang
+    Eigen::MatrixXd elastic_W_; ///< W of these rows without modes
 };
 
 } // namespace amontons

@@ -1,0 +1,286 @@
+#include "solver/step/body_stepper.hpp"
+
+#include "mesh/base/dense.hpp"
+#include "solver/body/rigid_body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+
+// Rigid bodies that hang on joints and springs, at rest.
+//
+// The rows of a joint see nothing of a turn about it: what holds a pendulum is that the joint's
+// force F does not turn with its arm p, from the body's centre to the joint. By a turn t the moment
+// p x F changes by (t x p) x F, so that loads on the modes change by -S t with
+//
+//   S = (p . F) 1 - (p F^T + F p^T) / 2
+//
+// (its skew part is half the moment, which other forces balance). The second derivatives of a joint
+// on motions that its rows allow are this of both its bodies. A force f along the line between two
+// places, of length l, adds -f / l J^T (1 - e e^T) J: J of the motion of one place against the
+// other. Away from the balance S need not be positive; there |S| of each body, and what is out of
+// balance times the arm, lead downhill from any start.
+
+namespace amontons {
+namespace {
+
+constexpr double kNearBalance = 0.1; // out of balance, of |F| |p|: S itself leads there
+constexpr double kIdle = 1e-6; // of |F| |p|: what a turn that nothing sees or loads is held by
+
+/// The motion of a place on a rigid body by its six unknowns; its last three columns are what a
+/// turn does by the arm p from the centre.
+Eigen::MatrixXd motion_at(const Body& body, const BodyPlace& at)
+{
+    Eigen::MatrixXd J = Eigen::MatrixXd::Zero(3, 6);
+    std::vector<Eigen::Triplet<double>> column;
+    for (int i = 0; i < 3; ++i) {
+        column.clear();
+        body.add_column(at, Vec3::Unit(i), 1, 0, column);
+        for (const auto& entry : column)
+            J(i, entry.row()) += entry.value();
+    }
+    return J;
+}
+
+Mat3 stiffness_of_arm(const Vec3& p, const Vec3& F)
+{
+    const Mat3 product = p * F.transpose();
+    return p.dot(F) * Mat3::Identity() - 0.5 * (product + product.transpose());
+}
+
+Mat3 magnitude(const Mat3& S)
+{
+    const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(S));
+    return e.vectors * e.values.cwiseAbs().asDiagonal() * e.vectors.transpose();
+}
+
+} // namespace
+
+/// Some joint leaves a free rigid body turns that its rows do not see.
+bool BodyStepper::hangs() const
+{
+    if (step_.dynamic || system_.couplings.empty()) return false;
+    std::map<int, int> rows; // of each of the scene's couplings
+    for (const Coupling& c : system_.couplings)
+        ++rows[c.input];
+    constexpr int kWeld = 6;
+    const auto free = [&](int b) {
+        return b >= 0 && system_.refs[std::size_t(b)].rigid && !fixed(std::size_t(b));
+    };
+    return std::ranges::any_of(system_.couplings, [&](const Coupling& c) {
+        const bool turn_spring = c.turns && !c.square;
+        return rows[c.input] < kWeld && !c.slides && !turn_spring &&
+               (free(c.a.body) || free(c.b.body));
+    });
+}
+
+/// Rows are those of joints alone, of bodies whose modes are all that moves: the iteration is
+/// Newton's.
+bool BodyStepper::only_hangs() const
+{
+    if (hanging_.empty()) return false;
+    if (!rows_.chosen.empty() && rows_.chosen.front() < int(list_.contact.size())) return false;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (!rows_.row[b].empty() && !fixed(b) && !system_.refs[b].rigid) return false;
+    return true;
+}
+
+/// S of all modes by the forces that are known, what leads downhill where S does not, and what
+/// holds idle turns. Before forces are known the loads stand for them.
+void BodyStepper::find_hanging()
+{
+    hanging_ = {};
+    if (!hangs()) return;
+    std::vector<Eigen::Index> first(bodies(), -1);
+    Eigen::Index modes = 0;
+    double load = 0, pull = 0; // of all bodies and joints [N]
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (mode_load_[b].size() == 0) continue;
+        if (stressed(b)) return;
+        first[b] = modes;
+        modes += mode_load_[b].size();
+        if (system_.refs[b].rigid) load += mode_load_[b].head<3>().norm();
+    }
+    constexpr Eigen::Index kMostModes = 1200; // dense algebra on them
+    if (modes > kMostModes) return;
+    const int contacts_here = int(list_.contact.size());
+    std::vector<Mat3> own(bodies(), Mat3::Zero());
+    std::vector<double> passing(bodies(), 0), longest(bodies(), 0); // |F| |p| [N m]; |p| [m]
+    std::vector<ActingForce> acting;
+    Eigen::MatrixXd S = Eigen::MatrixXd::Zero(modes, modes), pulls = S;
+
+    // ---- Forces of joints and springs at their arms
+    for (int c = 0; c < contacts_here + int(system_.couplings.size()); ++c) {
+        const auto known = force_.find(key(c));
+        if (c < contacts_here) {
+            if (known != force_.end()) {
+                const BodyContact& contact = list_.contact[std::size_t(c)];
+                const int n = rows_of(system_.finder.pairs(), contact);
+                const Vec3 f = contact.frame.transpose() * known->second;
+                acting.push_back({c, contact.frame.leftCols(n) * f.head(n)});
+            }
+            continue;
+        }
+        const Coupling& coupling = system_.couplings[std::size_t(c - contacts_here)];
+        const CouplingRow& row = joints_[std::size_t(c - contacts_here)];
+        double f = 0;
+        if (known != force_.end())
+            f = known->second.x();
+        else if (coupling.softness > 0 && !coupling.turns)
+            f = -row.value / coupling.softness;
+        pull = coupling.turns ? pull : pull + std::abs(f);
+        if (f != 0) acting.push_back({c, f * row.direction});
+        Eigen::MatrixXd apart = Eigen::MatrixXd::Zero(3, modes);
+        for (const Side& side : sides_of(contacts(), c)) {
+            if (side.body < 0) continue;
+            const auto b = std::size_t(side.body);
+            if (!system_.refs[b].rigid || first[b] < 0) continue;
+            if (coupling.square) { // f arm a . b
+                const Mat3 product = row.axis_a * row.axis_b.transpose();
+                own[b] -= 0.5 * f * coupling.arm * (product + product.transpose());
+            }
+            if (side.place.turns) continue;
+            const Eigen::MatrixXd J = motion_at(body(b), side.place);
+            const Vec3 p(J(1, 5), J(2, 3), J(0, 4)); // t x p
+            longest[b] = std::max(longest[b], p.norm());
+            passing[b] += std::abs(f) * p.norm();
+            if (!coupling.slides) own[b] += stiffness_of_arm(p, side.sign * f * row.direction);
+            apart.middleCols(first[b], 6) += side.sign * J * body(b).modes();
+        }
+        if (!coupling.along_line || !(row.length > 0)) continue;
+        const Mat3 across = Mat3::Identity() - row.direction * row.direction.transpose();
+        const Eigen::MatrixXd turned = 1 / row.length * apart.transpose() * across * apart;
+        S -= f * turned;
+        pulls += std::max(-f, load) * turned;
+    }
+    if (!(load + pull > 0)) return;
+
+    // ---- S, what replaces it, and idle turns
+    const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    hanging_.away = pulls;
+    hanging_.idle = Eigen::VectorXd::Zero(modes);
+    bool near = !acting.empty();
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (!system_.refs[b].rigid || first[b] < 0 || !(longest[b] > 0)) continue;
+        const Eigen::MatrixXd turns = body(b).modes().bottomRightCorner(3, 3);
+        const bool known = passing[b] > 0;
+        const double size = known ? passing[b] : load * longest[b];
+        const Eigen::VectorXd left = mode_load_[b] + body(b).modes().transpose() * forces[b];
+        const double moment =
+            known ? std::min((turns.inverse() * left.tail(3)).norm(), size) : size;
+        near &= known && moment <= kNearBalance * size;
+        const auto to_modes = [&](const Mat3& stiffness) {
+            return Eigen::MatrixXd(turns.transpose() * stiffness * turns);
+        };
+        S.block(first[b] + 3, first[b] + 3, 3, 3) += to_modes(own[b]);
+        hanging_.away.block(first[b] + 3, first[b] + 3, 3, 3) +=
+            to_modes(magnitude(own[b]) + moment * Mat3::Identity());
+        hanging_.idle.segment(first[b] + 3, 3) =
+            to_modes(kIdle * size * Mat3::Identity()).diagonal();
+    }
+    hanging_.stiffness = S;
+    hanging_.used = near ? S : hanging_.away;
+    hanging_.load = load + pull;
+}
+
+/// Of the motions that no row of a body feels, those that do not change the loads on it either.
+Eigen::MatrixXd BodyStepper::idle_modes(std::size_t b, const Eigen::MatrixXd& unfelt) const
+{
+    constexpr double kNoChange = 1e-5; // of S
+    if (hanging_.empty() || unfelt.cols() == 0) return unfelt;
+    Eigen::Index at = 0;
+    for (std::size_t k = 0; k < b; ++k)
+        at += mode_load_[k].size();
+    const Eigen::MatrixXd S =
+        hanging_.stiffness.block(at, at, mode_load_[b].size(), mode_load_[b].size());
+    const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(unfelt.transpose() * S * unfelt));
+    std::vector<Eigen::Index> idle;
+    for (Eigen::Index i = 0; i < e.values.size(); ++i)
+        if (!(std::abs(e.values[i]) > kNoChange * S.norm())) idle.push_back(i);
+    return unfelt * e.vectors(Eigen::all, idle);
+}
+
+/// A balance of bodies that hang, above their joints, say, which the least push would end: they are
+/// led aside along its lowest mode. K = S + B^T W^-1 B with the elastic W of what holds them.
+/// @return  whether they were; never where they touch something, whose surfaces S leaves out
+bool BodyStepper::leave_upright()
+{
+    constexpr double kAside = 0.1;  // rad
+    constexpr double kStiff = 1e-9; // of the rows' compliance: what rigid bodies hold by
+    constexpr double kMargin = 1e-3;
+    if (hanging_.empty() || left_upright_ || nothing_) return false;
+    for (int c = 0; c < int(list_.contact.size()); ++c)
+        if (force_.count(key(c)) > 0) return false;
+    find_hanging();
+    if (hanging_.empty()) return false;
+    const std::vector<Eigen::Index> seen = seen_modes();
+    const Eigen::MatrixXd S = hanging_.stiffness(seen, seen);
+    Eigen::MatrixXd held = elastic_W_;
+    if (held.rows() != coupled_B_.rows() || coupled_B_.cols() != S.cols()) return false;
+    const double largest = coupled_B_.cwiseAbs2().rowwise().sum().maxCoeff();
+    const double stiff = S.norm() > 0 ? largest / S.norm() : 0;
+    held.diagonal().array() += kStiff * std::max(held.diagonal().cwiseAbs().mean(), stiff);
+    const Eigen::MatrixXd root = cholesky_root(held);
+    if (root.size() == 0) return false;
+    const Eigen::MatrixXd half = root.transpose().triangularView<Eigen::Lower>().solve(coupled_B_);
+    const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(S + half.transpose() * half));
+    if (!e.converged || !(e.values[0] < -kMargin * S.norm())) return false;
+    left_upright_ = true;
+    Eigen::VectorXd way = Eigen::VectorXd::Zero(hanging_.stiffness.cols());
+    way(seen) = e.vectors.col(0);
+    double longest = 0;
+    Eigen::Index at = 0;
+    for (std::size_t b = 0; b < bodies(); at += mode_load_[b++].size())
+        if (mode_load_[b].size() > 0)
+            longest =
+                std::max(longest, way.segment(at, mode_load_[b].size()).norm() / body(b).size());
+    at = 0;
+    for (std::size_t b = 0; b < bodies(); at += mode_load_[b++].size())
+        if (system_.refs[b].rigid && mode_load_[b].size() > 0)
+            body(b).update(Eigen::VectorXd::Zero(body(b).unknowns()),
+                           kAside / longest * way.segment(at, mode_load_[b].size()),
+                           body_force_[b]);
+    return true;
+}
+
+/// Of the modes of all bodies, those of bodies with chosen rows.
+std::vector<Eigen::Index> BodyStepper::seen_modes() const
+{
+    std::vector<Eigen::Index> seen;
+    Eigen::Index at = 0;
+    for (std::size_t b = 0; b < bodies(); at += mode_load_[b++].size())
+        for (Eigen::Index i = 0; i < B_[b].cols(); ++i)
+            seen.push_back(at + i);
+    return seen;
+}
+
+/// What the loads on a body's modes change by as all modes go.
+Eigen::VectorXd BodyStepper::change_by_hanging(std::size_t b) const
+{
+    Eigen::VectorXd all = Eigen::VectorXd::Zero(hanging_.used.cols());
+    Eigen::Index at = 0, own = 0;
+    for (std::size_t k = 0; k < bodies(); at += mode_load_[k++].size()) {
+        if (k == b) own = at;
+        if (mode_[k].size() > 0) all.segment(at, mode_[k].size()) = mode_[k];
+    }
+    return hanging_.used.middleRows(own, mode_load_[b].size()) * all;
+}
+
+/// How far rigid bodies that hang are from balance, of the forces on them, at the iterate.
+double BodyStepper::hanging_imbalance(const std::vector<Eigen::VectorXd>& forces) const
+{
+    double worst = 0;
+    if (hanging_.empty()) return worst;
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (!system_.refs[b].rigid || mode_load_[b].size() == 0 || rows_.row[b].empty()) continue;
+        const Eigen::MatrixXd& R = body(b).modes();
+        const double size =
+            mode_load_[b].norm() +
+            (R.transpose() * (rows_.columns[b].cwiseAbs() * own(rows_, r_, b).cwiseAbs())).norm();
+        const Eigen::VectorXd left = mode_load_[b] + R.transpose() * forces[b];
+        if (size > 0) worst = std::max(worst, left.norm() / size);
+    }
+    return worst;
+}
+
+} // namespace amontons
