@@ -11,8 +11,8 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kMass = 1e-4; // [kg]
-constexpr double kWeight = kMass * kGravity;
+constexpr double kHungMass = 1e-4; // [kg]
+constexpr double kHungWeight = kHungMass * kGravity;
 
 std::string vector_text(const Vec3& v)
 {
@@ -24,7 +24,7 @@ std::string hung_ball(const std::string& name, const Vec3& place, const std::str
 {
     return fmt::format(R"("{}": {{"kind": "rigid", "shape": {{"generate": "ball",
         "radius": 0.002}}, "mass": {:.17g}, "start": {{"place": {}}}{}}})",
-                       name, kMass, vector_text(place), more);
+                       name, kHungMass, vector_text(place), more);
 }
 
 std::string rest_of_scene(const std::string& bodies, const std::string& couplings,
@@ -39,7 +39,7 @@ std::string rest_of_scene(const std::string& bodies, const std::string& coupling
 
 TEST_CASE("a body on a joint, led aside by a force, hangs at tan(angle) = F / (m g)")
 {
-    constexpr double kLength = 0.005, kForce = 0.4 * kWeight;
+    constexpr double kLength = 0.005, kForce = 0.4 * kHungWeight;
     const Vec3 joint(0.01, 0.002, -0.001);
     // Of the start against the vertical, about y and about z.
     for (const double start : {0.0, 0.3, -1.0, 1.5, -1.5, 2.5, std::numbers::pi})
@@ -63,7 +63,7 @@ TEST_CASE("a body on a joint, led aside by a force, hangs at tan(angle) = F / (m
                     R * Vec3(0, 0, -kGravity)));
                 const Vec3 now = R.transpose() * r.vector("b") - joint;
                 CHECK(std::abs(now.norm() - kLength) <= 1e-9 * kLength);
-                CHECK(std::abs(std::atan2(now.x(), -now.z()) - std::atan2(kForce, kWeight)) <=
+                CHECK(std::abs(std::atan2(now.x(), -now.z()) - std::atan2(kForce, kHungWeight)) <=
                       1e-8);
                 CHECK(std::abs(now.y()) <= 1e-9 * kLength);
             }
@@ -71,7 +71,7 @@ TEST_CASE("a body on a joint, led aside by a force, hangs at tan(angle) = F / (m
 
 TEST_CASE("two bodies hang in a chain as statics asks, from a start that is stretched out")
 {
-    constexpr double kLength = 0.01, kForce = 0.7 * kWeight;
+    constexpr double kLength = 0.01, kForce = 0.7 * kHungWeight;
     const std::string bodies = hung_ball("a", Vec3(0.5 * kLength, 0, 0)) + ", " +
                                hung_ball("b", Vec3(1.5 * kLength, 0, 0),
                                          fmt::format(R"(, "force": [{:.17g}, 0, 0])", kForce));
@@ -81,7 +81,8 @@ TEST_CASE("two bodies hang in a chain as statics asks, from a start that is stre
                             kLength)));
     // Moments about the lower joint, of b: F and m g at its middle. About the upper one, of a: both
     // forces of b at its end, m g at its middle.
-    const double lower = std::atan2(kForce, kWeight), upper = std::atan2(kForce, 1.5 * kWeight);
+    const double lower = std::atan2(kForce, kHungWeight),
+                 upper = std::atan2(kForce, 1.5 * kHungWeight);
     const Vec3 a = r.vector("a"), b = r.vector("b");
     const Vec3 along_a(std::sin(upper), 0, -std::cos(upper)),
         along_b(std::sin(lower), 0, -std::cos(lower));
@@ -98,7 +99,7 @@ TEST_CASE("a body on a spring at its side hangs below the spring's other end")
         fmt::format(R"({{"kind": "spring", "between": ["b", "world"], "at": [{:.17g}, 0, 0],
                         "to": [0, 0, 0], "stiffness": {}}})",
                     place.x() - kArm, kStiffness)));
-    const double length = place.x() - kArm + kWeight / kStiffness;
+    const double length = place.x() - kArm + kHungWeight / kStiffness;
     CHECK((r.vector("b") - Vec3(0, 0, -length - kArm)).norm() <= 1e-8 * length);
 }
 
@@ -115,7 +116,7 @@ TEST_CASE("a body on a joint at a rod's end bends the rod by its weight, whereve
                 hung_ball("b", end + kArm * Vec3(std::sin(angle), 0, -std::cos(angle))),
             R"({"kind": "ball", "between": ["r", "b"], "at": [0.01, 0, 0]})"));
         const Vec3 now = r.vector("b");
-        const double down = kWeight * std::pow(kLength, 3) / (3 * kEI);
+        const double down = kHungWeight * std::pow(kLength, 3) / (3 * kEI);
         CHECK(std::abs(now.z() + kArm + down) <= 1e-3 * down); // of finite turns
         CHECK(std::abs(now.x() - kLength) <= 1e-2 * down);
     }
