@@ -98,7 +98,7 @@ Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
 
 /// What is deep in neither way needs no bulge: it is left 0, and costs most of a search.
 struct Shallow {
-    double of_face = 0; ///< depth, of the smaller of the faces that meet
+    double of_face = 0; ///< depth over the smaller of the faces that meet [-]
     double depth = std::numeric_limits<double>::infinity(); ///< [m]
 };
 

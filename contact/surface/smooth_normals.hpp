@@ -29,6 +29,7 @@ public:
     {
         return group_[static_cast<std::size_t>(surface.starts[std::size_t(face)]) + node];
     }
+    /// How many there are.
     std::size_t groups() const { return begin_.size() - 1; }
     /// By their faces.
     std::span<const Member> members(std::size_t group) const

@@ -83,9 +83,11 @@ public:
     double sheath_torque() const { return torque_; }
     double length_out_of_sheath() const; ///< at the state [m]
     double turned_in_sheath() const;     ///< its base, at the state [rad]
-    /// What is fed out of a sheath goes no farther than at the state, until it is let go again.
+    /// What is fed out of a sheath is fed no farther than at the state, until release_feed().
     void stop_feed() { most_fed_ = accepted_.end.fed; }
-    void let_go_feed() { most_fed_ = -1; }
+    /// It follows what is prescribed again.
+    void release_feed() { most_fed_ = -1; }
+    /// Whether stop_feed() holds it.
     bool feed_is_stopped() const { return most_fed_ >= 0; }
     /// The segment of a place; where two meet, the first.
     int segment_of(const CurvePlace& at) const;

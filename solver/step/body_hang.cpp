@@ -200,7 +200,7 @@ Eigen::MatrixXd BodyStepper::idle_modes(std::size_t b, const Eigen::MatrixXd& un
     return unfelt * e.vectors(Eigen::all, idle);
 }
 
-/// A balance of bodies that hang, above their joints, say, which the least push would end: they are
+/// A balance of bodies that hang, as of one above its joint, which the least push would end: they are
 /// led aside along its lowest mode. K = S + B^T W^-1 B with the elastic W of what holds them.
 /// @return  whether they were; never where they touch something, whose surfaces S leaves out
 bool BodyStepper::leave_upright()

@@ -83,7 +83,7 @@ void BodySimulation::State::note_instruments(const StepRecord& r)
         RodBody& body = *system->refs[std::size_t(b)].rod;
         const bool outside = instruments[k].opening >= 0;
         if (outside && !body.feed_is_stopped()) body.stop_feed();
-        if (!outside && body.feed_is_stopped()) body.let_go_feed();
+        if (!outside && body.feed_is_stopped()) body.release_feed();
         instruments[k].add_quantities(beam.name, summary.quantities);
         ++k;
     });
