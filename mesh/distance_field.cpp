@@ -94,6 +94,13 @@ struct DistanceField::Shared {
         Brick* samples;
     };
 
+    void sample_brick(const Key& key, const Vec3& origin, const Mat3& edges, Brick& out) const
+    {
+        const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
+                         static_cast<double>(key.z)};
+        source->sample_cube(origin + kBrick * (edges * first), edges, kBrick, out.data());
+    }
+
     /// The 3^3 bricks around a block, sampled where they are not known.
     std::array<const Brick*, 27> around(const Key& block, const Vec3& origin, const Mat3& edges)
     {
@@ -115,13 +122,8 @@ struct DistanceField::Shared {
         if (wanted.empty()) return found;
         sampled = true;
         const auto sample = [&](std::size_t begin, std::size_t end) {
-            for (std::size_t w = begin; w < end; ++w) {
-                const Key& key = wanted[w].key;
-                const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
-                                 static_cast<double>(key.z)};
-                source->sample_cube(origin + kBrick * (edges * first), edges, kBrick,
-                                    wanted[w].samples->data());
-            }
+            for (std::size_t w = begin; w < end; ++w)
+                sample_brick(wanted[w].key, origin, edges, *wanted[w].samples);
         };
         // Threads of its own: those of OpenMP would wait busily from one block to the next.
         const std::size_t parts = std::clamp<std::size_t>(wanted.size() / kLeastShare, 1,
@@ -149,10 +151,7 @@ struct DistanceField::Shared {
                 if (bricks.contains(key)) continue;
                 lock.unlock();
                 auto brick = std::make_unique<Brick>();
-                const Vec3 first{static_cast<double>(key.x), static_cast<double>(key.y),
-                                 static_cast<double>(key.z)};
-                source->sample_cube(origin + kBrick * (edges * first), edges, kBrick,
-                                    brick->data());
+                sample_brick(key, origin, edges, *brick);
                 lock.lock();
                 bricks.try_emplace(key, std::move(brick));
                 sampled = true;

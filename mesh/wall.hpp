@@ -23,6 +23,10 @@ struct WallSample {
     double slope = 1;
 };
 
+/// A distance changes no faster than this times the way of its point; 1 where it is exact, a
+/// sampled one overshoots beside creases (a patient's coarse aorta: 1.17 in one of 1000 places).
+constexpr double kSteepestWall = 1.25;
+
 /// What a wall remembers of a query point between calls, to be fast; start with {}.
 /// It changes no result: two calls with the same x give the same bits whatever the hint.
 struct WallHint {

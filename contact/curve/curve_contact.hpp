@@ -74,10 +74,6 @@ struct CurveContact {
 /// farther from the next than `spacing` along its piece (0: none between).
 std::vector<CurvePlace> stations(const Curve& curve, double spacing);
 
-/// A distance changes no faster than this times the way of its point; 1 where it is exact, a
-/// sampled one overshoots beside creases (a patient's coarse aorta: 1.17 in one of 1000 places).
-constexpr double kSteepestWall = 1.25;
-
 /// The last evaluation of a surface for a station.
 struct SeenDistance {
     Vec3 at = Vec3::Zero();                                     ///< where it was [m]

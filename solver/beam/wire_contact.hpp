@@ -1,6 +1,5 @@
 #pragma once
 
-#include "contact/curve/curve_contact.hpp"
 #include "mesh/wall.hpp"
 #include "solver/beam/wire_place.hpp"
 

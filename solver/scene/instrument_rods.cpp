@@ -171,8 +171,8 @@ void check_instrument_rods(const Scene& scene, Findings& findings)
         if (share_introducer(*a, *b))
             findings.add({fmt::format("/contact/{}/between", i)},
                          fmt::format("\"{}\" in \"{}\"", law.between[0], law.between[1]),
-                         "instruments in one another in a scene of beams and obstacles alone, or "
-                         "introducers apart" +
+                         "instruments in one another in a scene of beams and obstacles alone, without "
+                         "`density` or without `gravity`, or introducers apart" +
                              why);
     }
 }

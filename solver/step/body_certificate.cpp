@@ -206,7 +206,7 @@ void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unconstrained = idle_modes(b, unconstrained_modes(b, kUncontrolled));
+        const Eigen::MatrixXd unconstrained = unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
@@ -352,11 +352,12 @@ double BodyStepper::friction_of_departed() const
     for (const BodyContact& c : rubbed_.contact) {
         const BodySystem::Key k{c.pair, c.id};
         if (now.count(k) > 0) continue;
-        // A place is by its point where the body is now.
+        // displacement() takes the point where the body is now; known is where it was. Two
+        // repetitions leave an error of third order in the turn.
         const auto moved = [](const Body& of, BodyPlace at) {
             const Vec3 before = at.point;
-            at.point += of.displacement(at);
-            at.point = before + of.displacement(at);
+            for (int i = 0; i < 2; ++i)
+                at.point = before + of.displacement(at);
             return of.displacement(at);
         };
         Vec3 d = moved(body(std::size_t(c.a)), rubbed_.place_a(c));

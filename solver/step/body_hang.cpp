@@ -25,7 +25,7 @@ namespace amontons {
 namespace {
 
 constexpr double kNearBalance = 0.1; // out of balance, of |F| |p|: S itself leads there
-constexpr double kIdle = 1e-6; // of |F| |p|: what a turn that nothing sees or loads is held by
+constexpr double kSupport = 1e-6; // of |F| |p|: holds turns that no row sees and nothing loads
 
 /// The motion of a place on a rigid body by its six unknowns; its last three columns are what a
 /// turn does by the arm p from the centre.
@@ -86,7 +86,7 @@ bool BodyStepper::only_hangs() const
 }
 
 /// S of all modes by the forces that are known, what leads downhill where S does not, and what
-/// holds idle turns. Before forces are known the loads stand for them.
+/// supports turns that nothing loads. Before forces are known the loads stand for them.
 void BodyStepper::find_hanging()
 {
     hanging_ = {};
@@ -155,10 +155,10 @@ void BodyStepper::find_hanging()
     }
     if (!(load + pull > 0)) return;
 
-    // ---- S, what replaces it, and idle turns
+    // ---- S, what replaces it, and what supports turns that nothing loads
     const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
     hanging_.away = pulls;
-    hanging_.idle = Eigen::VectorXd::Zero(modes);
+    hanging_.support = Eigen::VectorXd::Zero(modes);
     bool near = !acting.empty();
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!system_.refs[b].rigid || first[b] < 0 || !(longest[b] > 0)) continue;
@@ -175,29 +175,31 @@ void BodyStepper::find_hanging()
         S.block(first[b] + 3, first[b] + 3, 3, 3) += to_modes(own[b]);
         hanging_.away.block(first[b] + 3, first[b] + 3, 3, 3) +=
             to_modes(magnitude(own[b]) + moment * Mat3::Identity());
-        hanging_.idle.segment(first[b] + 3, 3) =
-            to_modes(kIdle * size * Mat3::Identity()).diagonal();
+        hanging_.support.segment(first[b] + 3, 3) =
+            to_modes(kSupport * size * Mat3::Identity()).diagonal();
     }
     hanging_.stiffness = S;
     hanging_.used = near ? S : hanging_.away;
     hanging_.load = load + pull;
 }
 
-/// Of the motions that no row of a body feels, those that do not change the loads on it either.
-Eigen::MatrixXd BodyStepper::idle_modes(std::size_t b, const Eigen::MatrixXd& unfelt) const
+/// Of the modes of a body that no row constrains, those that do not change the loads on it either.
+Eigen::MatrixXd BodyStepper::unloaded_modes(std::size_t b,
+                                            const Eigen::MatrixXd& unconstrained) const
 {
     constexpr double kNoChange = 1e-5; // of S
-    if (hanging_.empty() || unfelt.cols() == 0) return unfelt;
+    if (hanging_.empty() || unconstrained.cols() == 0) return unconstrained;
     Eigen::Index at = 0;
     for (std::size_t k = 0; k < b; ++k)
         at += mode_load_[k].size();
     const Eigen::MatrixXd S =
         hanging_.stiffness.block(at, at, mode_load_[b].size(), mode_load_[b].size());
-    const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(unfelt.transpose() * S * unfelt));
-    std::vector<Eigen::Index> idle;
+    const SymmetricEigen e =
+        symmetric_eigen(Eigen::MatrixXd(unconstrained.transpose() * S * unconstrained));
+    std::vector<Eigen::Index> unloaded;
     for (Eigen::Index i = 0; i < e.values.size(); ++i)
-        if (!(std::abs(e.values[i]) > kNoChange * S.norm())) idle.push_back(i);
-    return unfelt * e.vectors(Eigen::all, idle);
+        if (!(std::abs(e.values[i]) > kNoChange * S.norm())) unloaded.push_back(i);
+    return unconstrained * e.vectors(Eigen::all, unloaded);
 }
 
 /// A balance of bodies that hang, as of one above its joint, which the least push would end: they are

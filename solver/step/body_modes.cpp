@@ -455,7 +455,7 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
         if (weight > 0) T.noalias() += B.row(row).transpose() * (weight * B.row(row));
     }
     const std::vector<Eigen::Index> seen = seen_modes();
-    if (!hanging_.empty()) T.diagonal() += hanging_.idle(seen);
+    if (!hanging_.empty()) T.diagonal() += hanging_.support(seen);
     // Two bodies that touch stiffly and stand on something soft leave T singular by round-off.
     constexpr double kRoundOff = 1e-12;
     T.diagonal() *= 1 + kRoundOff;

@@ -143,7 +143,7 @@ private:
     bool only_hangs() const;
     void find_hanging();
     std::vector<Eigen::Index> seen_modes() const;
-    Eigen::MatrixXd idle_modes(std::size_t b, const Eigen::MatrixXd& unfelt) const;
+    Eigen::MatrixXd unloaded_modes(std::size_t b, const Eigen::MatrixXd& unconstrained) const;
     bool leave_upright();
     Eigen::VectorXd change_by_hanging(std::size_t b) const;
     double hanging_imbalance(const std::vector<Eigen::VectorXd>& forces) const;
@@ -244,7 +244,7 @@ private:
         Eigen::MatrixXd stiffness; ///< by the forces at the iterate
         Eigen::MatrixXd away;      ///< never negative: far from the balance
         Eigen::MatrixXd used;      ///< one of both
-        Eigen::VectorXd idle;      ///< for turns that nothing holds
+        Eigen::VectorXd support;   ///< for turns that nothing holds
         double load = 0;           ///< of all bodies [N]
         bool empty() const { return used.size() == 0; }
     } hanging_;

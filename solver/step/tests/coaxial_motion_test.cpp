@@ -67,6 +67,7 @@ TEST_CASE(
     CAPTURE(off[0] / kinetic);
     CAPTURE(off[1] / elastic);
     CHECK(kinetic > 0);
+    // [regression] The bounds: nodes come out at other times, a node's mass at once.
     CHECK(off[0] < 0.03 * kinetic);
     CHECK(off[1] < 0.03 * elastic);
     CHECK(both.summary.uncertified_steps == 0);
@@ -90,6 +91,7 @@ TEST_CASE("a wire with clearance and its catheter are fed into a bend in motion:
         CHECK(r.summary.contacts_max > 3);
         CHECK(r.summary.energy.kinetic > 0);
         CHECK(r.summary.energy.released > 0);
+        // [regression] The bound.
         CHECK(std::abs(r.summary.energy.error()) < 0.03 * r.summary.energy.work_absolute);
     }
 }

@@ -112,10 +112,10 @@ TEST_CASE(
                          before = r.value("wire_push_force", last - 1);
             if (euler)
                 CHECK(push == doctest::Approx(kLineMass * a * out_at(T)).epsilon(1e-6));
-            else
+            else // [regression] the bound
                 CHECK(0.5 * (push + before) ==
                       doctest::Approx(kLineMass * a * out_at(T - h)).epsilon(0.03));
-            // Its kinetic energy is what the drive has given it, inside and out.
+            // Its kinetic energy is what the drive has given it, inside and out. [regression] 0.05
             const double speed = a * T, out = out_at(T);
             CHECK(r.summary.energy.kinetic == doctest::Approx(0.5 * kLineMass * out * speed * speed)
                                                   .epsilon(euler ? 1.1 * h / T : 0.05));
