@@ -379,6 +379,11 @@ std::optional<GlobalProblem> global_problem(Datasets& d)
     return p;
 }
 
+bool is_empty(const FclibSolution& s)
+{
+    return s.r.size() == 0 && s.u.size() == 0 && s.v.size() == 0;
+}
+
 /// @param rows, bilateral  of the problem; the reading of its reaction r and lambda l
 FclibSolution solution(Datasets& d, const std::string& group, Eigen::Index rows,
                        Eigen::Index bilateral, Eigen::Index dofs)
@@ -402,9 +407,9 @@ FclibSolution solution(Datasets& d, const std::string& group, Eigen::Index rows,
     s.r = part("r", rows - bilateral);
     s.u = part("u", rows - bilateral);
     s.v = part("v", dofs);
-    if (bilateral > 0 && s.r.size() > 0) {
+    if (bilateral > 0 && (s.r.size() > 0 || rows == bilateral)) {
         Eigen::VectorXd l = part("l", bilateral);
-        if (l.size() == 0) l.setZero(bilateral);
+        if (l.size() == 0 && s.r.size() > 0) l.setZero(bilateral);
         s.r = joined(s.r, l);
     }
     if (bilateral > 0 && s.u.size() > 0) s.u = joined(s.u, Eigen::VectorXd::Zero(bilateral));
@@ -462,7 +467,10 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         bilateral = std::ranges::count(p.global->kind, ContactKind::bilateral);
         dofs = p.global->f.size();
     }
-    if (d.has_group("solution")) p.solution = solution(d, "solution", rows, bilateral, dofs);
+    if (d.has_group("solution")) {
+        p.solution = solution(d, "solution", rows, bilateral, dofs);
+        if (is_empty(*p.solution)) p.solution.reset(); // datasets that are not FCLib's
+    }
     if (d.has("guesses/number_of_guesses")) {
         const std::optional<int> n = d.integer("guesses/number_of_guesses");
         if (n && *n < 0) d.tell("guesses/number_of_guesses", std::to_string(*n), ">= 0");
@@ -474,6 +482,8 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
                 break;
             }
             p.guesses.push_back(solution(d, guess, rows, bilateral, dofs));
+            if (is_empty(p.guesses.back()) && rows + std::max<Eigen::Index>(dofs, 0) > 0)
+                d.tell(guess, "no numbers in u, v and r", "a state of the problem");
         }
     }
     if (d.has("amontons/contact"))

@@ -247,6 +247,32 @@ TEST_CASE("each wrong dataset is refused where it stands")
     CHECK_THROWS_AS(fclib_problem({}, "a.hdf5"), InputError);
 }
 
+TEST_CASE("a group solution without FCLib's datasets is no solution, such a guess is refused")
+{
+    std::vector<NamedArray> arrays = small(-1);
+    arrays.push_back({"solution/remark", std::string("by hand")});
+    CHECK_FALSE(fclib_problem(arrays, "a.hdf5").solution);
+    arrays.push_back({"guesses/number_of_guesses", Integers{1}});
+    arrays.push_back({"guesses/1/remark", std::string("by hand")});
+    CHECK_THROWS_AS(fclib_problem(arrays, "a.hdf5"), InputError);
+    arrays.push_back({"guesses/1/u", Numbers{1, 2, 3}});
+    CHECK(fclib_problem(arrays, "a.hdf5").guesses.size() == 1);
+}
+
+TEST_CASE("a problem of bilateral rows alone keeps its reaction")
+{
+    FclibProblem p;
+    p.local = ContactProblem{};
+    p.local->W = Eigen::MatrixXd(Eigen::MatrixXd::Identity(2, 2));
+    p.local->q = Eigen::Vector2d(1, -2);
+    p.local->mu = Eigen::VectorXd::Zero(2);
+    p.local->kind = {ContactKind::bilateral, ContactKind::bilateral};
+    p.solution = FclibSolution{Eigen::Vector2d(-1, 2), Eigen::Vector2d::Zero(), {}};
+    const FclibProblem q = again(p);
+    REQUIRE(q.solution);
+    CHECK(q.solution->r == p.solution->r);
+}
+
 TEST_CASE("what FCLib cannot hold is not written")
 {
     FclibProblem p;
