@@ -85,12 +85,18 @@ bool BodyStepper::only_hangs() const
     return true;
 }
 
-/// S of all modes by the forces that are known, what leads downhill where S does not, and what
-/// supports turns that nothing loads. Before forces are known the loads stand for them.
+/// How the loads on the modes change with them at the iterate, by the forces that are known.
 void BodyStepper::find_hanging()
 {
     hanging_ = {};
-    if (!hangs()) return;
+    if (hangs()) find_hanging_on_joints();
+    if (rolls_) find_rolling();
+}
+
+/// S of all modes by the forces that are known, what leads downhill where S does not, and what
+/// supports turns that nothing loads. Before forces are known the loads stand for them.
+void BodyStepper::find_hanging_on_joints()
+{
     std::vector<Eigen::Index> first(bodies(), -1);
     Eigen::Index modes = 0;
     double load = 0, pull = 0; // of all bodies and joints [N]
@@ -265,7 +271,9 @@ Eigen::VectorXd BodyStepper::change_by_hanging(std::size_t b) const
         if (k == b) own = at;
         if (mode_[k].size() > 0) all.segment(at, mode_[k].size()) = mode_[k];
     }
-    return hanging_.used.middleRows(own, mode_load_[b].size()) * all;
+    Eigen::VectorXd change = hanging_.used.middleRows(own, mode_load_[b].size()) * all;
+    if (hanging_.pull.size() > 0) change -= hanging_.pull.segment(own, mode_load_[b].size());
+    return change;
 }
 
 /// How far rigid bodies that hang are from balance, of the forces on them, at the iterate.

@@ -280,7 +280,7 @@ void BodyStepper::relax()
             part(*v, [](const auto& from, auto to) { to = from; });
 
     // Nothing to extrapolate.
-    const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs();
+    const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs() || rolls_;
     // What is left of the motion is the rounding of its solution, which extrapolation blows up.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
