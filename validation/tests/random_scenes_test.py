@@ -48,13 +48,35 @@ def check_other_program(program):
         assert pathlib.Path(folder, "r", "random.csv").read_text().startswith("kind,drawn,done,refused,known,wrong")
 
 
+def told(scene, seed):
+    print(f"{scene['outcome'].upper()} scene {scene['scene']} of seed {seed} ({scene['case']}: {scene['drawn']})")
+    for f in scene["findings"]:
+        print(f"    {f['law']}: {f['text']}")
+
+
+def check_mixed(program, seed, numbers):
+    """Scenes that mix bodies, each of which has to be done."""
+    kinds, wrong = set(), 0
+    for number in numbers:
+        [scene] = json.loads(run(program, "--suite", "mixed", "--seed", seed, "--scene", number, "--json").stdout)
+        kinds.add(scene["case"])
+        if scene["outcome"] != "done":
+            wrong += 1
+            told(scene, seed)
+    print(f"{len(numbers)} scenes of {len(kinds)} kinds: {wrong} not done")
+    return 1 if wrong else 0
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("program")
     parser.add_argument("kinds", nargs="*", help="of the scenes (default: all)")
     parser.add_argument("--seed", default="1")
     parser.add_argument("--count", default="40")
+    parser.add_argument("--mixed", nargs="+", metavar="K", help="only these scenes of the suite that mixes all bodies")
     options = parser.parse_args()
+    if options.mixed:
+        return check_mixed(options.program, options.seed, options.mixed)
     check_options(options.program)
     check_other_program(options.program)
     answer = run(options.program, "--suite", "random", "--seed", options.seed, "--count", options.count, "--json",
@@ -69,9 +91,7 @@ def main():
     assert all(again[k] == scenes[0][k] for k in ("case", "drawn", "outcome")), again
     for s in scenes:
         if s["outcome"] not in ("done", "known"):
-            print(f"{s['outcome'].upper()} scene {s['scene']} of seed {options.seed} ({s['case']}: {s['drawn']})")
-            for f in s["findings"]:
-                print(f"    {f['law']}: {f['text']}")
+            told(s, options.seed)
     count = {o: sum(s["outcome"] == o for s in scenes) for o in ("done", "refused", "known", "wrong")}
     print(f"{len(scenes)} scenes: {count}, {sum(s['cpu_seconds'] for s in scenes):.1f} s of processor time")
     return 1 if count["wrong"] else 0
