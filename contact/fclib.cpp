@@ -444,7 +444,7 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
         const std::string found = d.text_of("amontons/level");
         if (found != "position" && found != "velocity")
             d.tell("amontons/level", quoted_text(found), "position, velocity");
-        p.says_level = true;
+        p.has_level = true;
         if (found == "position") level = ContactLevel::position;
     }
     const std::string group = is_local ? "fclib_local" : "fclib_global";

@@ -107,7 +107,7 @@ void add_contact_of_pair(const PolyhedronPair& pair, bool on_a, const Vec3& x, c
 
 } // namespace
 
-bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean,
+bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double overhang,
            const Vec3& free)
 {
     const PolyhedronTopology& topology = *body.topology;
@@ -116,7 +116,7 @@ bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, doubl
         const auto e = at(topology.vertex_edges[at(i)]);
         const Vec3& along = body.edges[e].along;
         const double rise = topology.edges[e].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
-        if (rise < -lean && std::abs(along.dot(free)) < kOpposed) return false;
+        if (rise < -overhang && std::abs(along.dot(free)) < kOpposed) return false;
     }
     return true;
 }
