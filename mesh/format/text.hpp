@@ -75,13 +75,13 @@ std::string_view without_byte_order_mark(std::string_view text);
 /// True if a and b are the same word but for upper and lower case.
 bool same_word(std::string_view a, std::string_view b);
 
-/// ASCII letters made small.
+/// The text with ASCII letters in lower case.
 std::string lower_case(std::string_view text);
 
-/// The shortest text that reads back as the same double.
+/// Appends the shortest text that reads back as the same double.
 void append_number(std::string& text, double value);
 
-/// As append_number, for messages.
+/// The shortest text that reads back as the same double.
 std::string number_text(double value);
 
 } // namespace amontons
