@@ -7,14 +7,14 @@
 
 // The inside of try_body_step, for the files that carry it out: body_step (the loop on the geometry
 // at the end), body_problem (the contact problem of an iterate, rigid modes among its unknowns),
-// body_certificate (what its answer is worth there) and body_rods (both, of rods alone).
+// body_certificate (the error of its solution there) and body_rods (both, of rods alone).
 
 namespace amontons {
 
-/// Of the friction at hand: a contact that takes less sticks.
+/// A contact sticks if its friction force is below this share of Coulomb's bound (ratio).
 constexpr double kStickShare = 1 - 1e-6;
 
-/// One try of a step: what it works on and what it knows so far.
+/// One try of a step, with its iterates.
 class BodyStepper {
 public:
     BodyStepper(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
@@ -31,16 +31,16 @@ public:
     bool run();
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
-    /// The step is to be tried again, with rows that this try has added.
+    /// True if the step has to be tried again, with rows that this try has added.
     bool again() const { return again_; }
-    /// Contacts where a dynamic step starts, without rows of places: the same for all tries of it.
+    /// Contacts at the start of a dynamic step, without overlap rows: the same for all tries of it.
     const BodyContacts& at_start() const { return at_start_; }
     /// Takes the contacts found at the start of the step.
     void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
-    /// A rod that its contacts do not keep stable in the last iteration, if there is one.
+    /// Name of a rod that its contacts do not stabilise in the last iteration; "" if there is none.
     const std::string& unheld() const { return unheld_; }
-    /// A solid that its contacts do not hold against what its stress turns it by. Where a contact
-    /// problem was left unsolved that is a guess, which its stability has to confirm.
+    /// Name of a solid whose contacts do not balance the moment of its stress; "" if there is none.
+    /// Where a contact problem was not solved, an analysis of stability has to confirm it.
     std::string tipping() { return unsolved_ && !tipping_.empty() ? toppling() : tipping_; }
 
 private:

@@ -6,8 +6,8 @@
 
 namespace amontons {
 
-/// In which branch of its walls the tip of a wire is, and was when it was deepest. Plain numbers:
-/// they enter checkpoints as they are.
+/// The branch of the vessel in which the tip of a wire is, and in which it was when it was deepest.
+/// Plain numbers, copied to checkpoints byte by byte.
 struct BranchLog {
     int deepest = -1, deepest_wall = -1; ///< branch and obstacle; -1: none
     int place = -1, place_wall = -1;     ///< now

@@ -27,7 +27,7 @@ double energy_fault(const EnergyRecord& e, const EnergyScale& scale)
 std::string energy_warning(const EnergyRecord& e, const EnergyScale& scale)
 {
     const double fault = energy_fault(e, scale);
-    if (!(fault > kEnergyTold)) return "";
+    if (!(fault > kEnergyReported)) return "";
     if (-e.released >= (scale.dynamic ? -e.error() : std::abs(e.error())))
         return fmt::format(
             "the energy has grown by {:.3g} J without a cause, {:.2g} of what the run "

@@ -151,7 +151,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
                 trial = *s.tube->at_rest();
             } else {
                 fault = s.tube->evaluate_material(trial);
-                ++sum.wall_looks;
+                ++sum.wall_evaluations;
             }
             if (!fault.empty()) break;
             s.state = std::move(trial);

@@ -106,7 +106,7 @@ void add(NewtonReport& sum, const NewtonReport& r)
     sum.iterations += r.iterations;
     sum.factorisations += r.factorisations;
     sum.shifted += r.shifted;
-    sum.wall_looks += r.wall_looks;
+    sum.wall_evaluations += r.wall_evaluations;
     sum.wall_tangents += r.wall_tangents;
     sum.residual = r.residual;
     sum.seconds_elements += r.seconds_elements;

@@ -109,7 +109,7 @@ bool WireSimulation::State::solve_groups(double h, bool relax, StepReport& sum,
         reports.push_back(r);
         sum.newton.iterations += r.newton.iterations;
         sum.newton.factorisations += r.newton.factorisations;
-        sum.newton.wall_looks += r.newton.wall_looks;
+        sum.newton.wall_evaluations += r.newton.wall_evaluations;
         sum.newton.wall_tangents += r.newton.wall_tangents;
         sum.newton.seconds_elements += r.newton.seconds_elements;
         sum.newton.seconds_detection += r.newton.seconds_detection;
@@ -255,7 +255,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
     }
     if (std::any_of(vessels.begin(), vessels.end(),
                     [](const SoftVessel& v) { return v.tube->hyperelastic() != nullptr; })) {
-        out.quantities.push_back({"wall_balances", "", double(r.newton.wall_looks)});
+        out.quantities.push_back({"wall_balances", "", double(r.newton.wall_evaluations)});
         out.quantities.push_back({"wall_tangents", "", double(r.newton.wall_tangents)});
     }
     for (const auto& c : coaxial)

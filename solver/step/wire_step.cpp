@@ -126,7 +126,7 @@ StepReport try_or_relax(WireGroup& g, const std::vector<BaseTarget>& to)
     }
     r.newton.iterations += tried.newton.iterations;
     r.newton.factorisations += tried.newton.factorisations;
-    r.newton.wall_looks += tried.newton.wall_looks;
+    r.newton.wall_evaluations += tried.newton.wall_evaluations;
     r.newton.wall_tangents += tried.newton.wall_tangents;
     return r;
 }
