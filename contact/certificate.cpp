@@ -122,7 +122,7 @@ std::string report(const Certificate& c)
     if (c.rank_deficient && !c.indefinite) out << "; W is singular: one of several reactions";
     if (c.indefinite) out << "; W has a negative eigenvalue";
     if (c.status == SolveStatus::infeasible) {
-        out << "; no motion opens the gaps of contacts";
+        out << "; no reaction can prevent penetration at contacts";
         for (int i : c.proof.contacts)
             out << ' ' << i;
     }

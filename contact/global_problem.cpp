@@ -69,8 +69,8 @@ std::vector<int> components(const Eigen::SparseMatrix<double>& M)
     return root;
 }
 
-/// How many entries W can have: two rows meet where they touch the same component of M. Counted
-/// where that is quick, else an upper bound.
+/// How many entries W can have: two rows are coupled where they touch the same component of M.
+/// Counted where that is quick, else an upper bound.
 double predicted_entries(const Eigen::SparseMatrix<double>& M, const Eigen::SparseMatrix<double>& H)
 {
     constexpr double kQuick = 1e8;

@@ -238,7 +238,7 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
 
 /// Solves again with W + alpha: among the reactions that W does not distinguish, alpha prefers the
 /// least (Tikhonov). alpha |r| is a tenth of the tolerance, and the second solve close enough to
-/// feel it.
+/// depend on it.
 void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
                  const Stopwatch& clock, SolverRun& outcome)
 {

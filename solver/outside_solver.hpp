@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-// Contact problems that somebody else's program solves: FCLib in, FCLib out (docs/new_solver.md).
+// Contact problems solved by an external program: FCLib in, FCLib out (docs/new_solver.md).
 
 namespace amontons {
 

@@ -439,7 +439,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         const int code = cgal.tetrahedralise(&input, &made.mesh, message, sizeof message);
         if (code == 2) throw std::bad_alloc();
         if (code != 0)
-            throw InputError({{file, "", std::string("CGAL gives up: ") + message,
+            throw InputError({{file, "", std::string("CGAL does not mesh it: ") + message,
                                solid ? kOtherWidth : kOtherSurface}});
         result.seconds +=
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

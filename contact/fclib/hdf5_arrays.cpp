@@ -1,5 +1,5 @@
 // HDF5's C library, and not libfclib: libfclib ends the process on what it does not expect, takes
-// sizes from one dataset for another, and knows no limit. What it writes we read, and what we
+// sizes from one dataset for another, and has no limit. What it writes we read, and what we
 // write it reads: the tests of this folder link it.
 
 #include "contact/fclib/child_process.hpp"

@@ -79,7 +79,7 @@ std::optional<Vec3> touching_normal(const PolyhedronPair& pair, const Polyhedron
         }
         low = std::max(low, std::min(angle[0], angle[1]));
         high = std::min(high, std::max(angle[0], angle[1]));
-        // No room: a side runs along a face of the other body, and the faces know better.
+        // No room: a side is along a face of the other body, and the contact is one of these faces.
         if (high - low < 1e-3 || std::abs(angle[0] - angle[1]) >= 3.1415) continue;
         const double middle = (low + high) / 2;
         const auto direction = [&](double t) -> Vec3 {

@@ -85,7 +85,8 @@ Eigen::Index rows_with_force(const SolverWork& work)
     return count;
 }
 
-/// Is there a direction that closes gaps and that nothing feels? Asked where a path led nowhere.
+/// Is there a direction in the null space of W that closes gaps? Tested where a path has not
+/// converged.
 std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
 {
     if (work.problem.W.is_matrix_free()) return {}; // its normal rows cost a product each
@@ -138,7 +139,7 @@ void solve_automatically(SolverWork& work, bool warm)
     ShiftedDelassus matrix(work);
 
     // ---- From a warm start: free steps
-    // What sweeps would find out, which contacts do what, the start knows; not in a network of
+    // The states of contacts, which sweeps would find, are those of the start; not in a network of
     // rigid bodies, whose reactions are not unique: full steps run away.
     const bool network = work.problem.W.is_of_bodies();
     if (warm && !network && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {

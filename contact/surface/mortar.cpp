@@ -292,7 +292,8 @@ private:
         }
     }
 
-    /// What a segment counts for: a face that turns towards what is touched comes in by and by.
+    /// What a segment counts for: a face that turns towards the other surface is included
+    /// gradually.
     static double facing_(const Segment& s)
     {
         const double cosine = std::abs(s.slave->normal.dot(s.master->normal));

@@ -59,7 +59,7 @@ def main():
             link.sendto(PACKET.pack(b"AMHP", number, time.monotonic_ns(), 0, 0, z, 0, 0, 0),
                         (a.host, a.port))
         except ConnectionError:
-            pass  # nobody listens yet
+            pass  # no listener yet
         # --- force in: the newest ---
         while True:
             try:

@@ -17,7 +17,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
-constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
+constexpr int kPatience = 3; // iterations without progress: a step half way to the device is faster
 constexpr double kMostRise =
     5; // of the error: contacts appear and disappear, as those on an edge do
 

@@ -308,8 +308,8 @@ Condensed WireLink::State::condense(Lookahead& lookahead)
 // The hand continues: steps to where it will be until the operator after this one comes, which are
 // taken back. They show which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
-// made of; no first derivative knows it. Where the wire jumps on the way, what holds from there on
-// is handed over with what holds until then.
+// made of; no first derivative contains it. Where the wire jumps on the way, what holds from there
+// on is handed over with what holds until then.
 Condensed WireLink::State::condense(const Vec6& way, int jumps)
 {
     Lookahead lookahead = sample_paths(way);

@@ -6,7 +6,8 @@
 
 // A new operator comes 25 to 100 times a second, made for a pose that the handle has left. Solved
 // as it is, its force differs from that of the tick before: by what the old one's linearisation had
-// wrong, and by the slip since its pose, which it does not know. At 25 Hz the hand feels that.
+// wrong, and by the slip since its pose, which it does not contain. At 25 Hz this difference is
+// felt.
 //
 // So at the hand-over, at the pose d of the last tick, every contact that is known by its identity
 // keeps its reaction (in world axes), and its q gets an offset such that

@@ -66,7 +66,7 @@ public:
     void observe(const HandPose& device, double time);
     /// Continues from a pose that the device did not move to: it was re-calibrated, or replaced.
     void restart(const HandPose& device, double time);
-    /// The credit that was earned is lost: of a device that did what nobody can vouch for.
+    /// Sets the credit to zero, after a fault of the device.
     void drop_credit();
     /// How many ticks a force may be held from now on, besides those of the options: as late as
     /// ticks were of late.

@@ -25,7 +25,7 @@ constexpr double kPreparedTurn = 1e-3;
 constexpr double kOnCone = 1e-9;
 /// A tick that ends with more than this is far from its answer: its force is the solver's own [-].
 constexpr double kLost = 5e-3;
-/// A sweep that met less error than this, in the tolerance, may have been the last one.
+/// A sweep in which the error was below this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
 constexpr double kBetter = 0.9; // or sweeps that cycle
 constexpr int kFailures = 3;    // of solving the closed contacts together, in a tick
@@ -327,7 +327,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         if (met > least) history_.forget(); // it no longer predicts the next error
         least = std::min(least, met);
         ++result.sweeps;
-        // Far from the end nobody needs to know how far.
+        // Far from the end the error need not be known.
         known = met <= kNear * options_.tolerance;
         if (known) result.error = error();
         together = false;

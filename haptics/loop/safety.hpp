@@ -42,7 +42,7 @@ struct SafetyOptions {
     double calm = 0.2;          ///< how long all must be well before the force comes back [s]
 };
 
-/// What the loop knows in a tick.
+/// State of the loop in a tick, by which faults are detected.
 struct SafetyInput {
     double time = 0; ///< [s]
     bool sample_valid = false;

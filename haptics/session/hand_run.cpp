@@ -243,7 +243,7 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
         }
         const bool done = s.link->step(sequence == 1 ? s.link->start() : handle) &&
                           s.link->publish(op, time, sequence);
-        // Before the first one nothing is stale, and nobody would show why there is no force.
+        // Before the first one nothing is stale, and no state would show why there is no force.
         if (sequence == 1 && !done) say("no force yet: " + s.refused());
         published |= done;
         if (hooks.after_step)

@@ -26,7 +26,7 @@ struct HandRunOptions {
     bool control = true;              ///< passivity; else the energy is counted only
     int threads = 1;
     std::string cache;    ///< folder of factors; "": none
-    bool watched = false; ///< virtual time follows the clock: somebody looks on
+    bool watched = false; ///< virtual time follows the clock, for a viewer
     /// The process has nothing else to do: its allocator keeps what a step frees.
     bool own_process = true;
 };

@@ -36,7 +36,7 @@ std::string line_place(std::size_t line);
 /// "line 12, column 3" of the byte that stands at `byte`, counted from 1.
 std::string line_and_column(std::string_view text, std::size_t byte);
 
-/// Text read word by word; knows the line. Words are separated by line ends and blanks (every
+/// Reads a text word by word, and counts lines. Words are separated by line ends and blanks (every
 /// control character is one).
 class WordReader {
 public:

@@ -394,7 +394,8 @@ std::string SolidBody::spurious_energy_report()
         stored - state_energy_ - taken - (step_.rule.end - 0.5) * dv.dot(momentum - momentum_);
     const double energy = std::max(kinetic + stored, before + state_energy_);
     if (made <= kMost * energy + kRounding * stiffest_ * size_ * size_) return "";
-    return fmt::format("{}: the step makes {:.2g} J out of nothing", input_.name, made);
+    return fmt::format("{}: the time integration rule generates {:.2g} J in the step", input_.name,
+                       made);
 }
 
 void SolidBody::accept_hyperelastic()

@@ -13,7 +13,7 @@ namespace amontons {
 /// What a factor is of, beside itself.
 struct FactorLabel {
     Hash128 key;      ///< of all that the matrix depends on
-    double scale = 1; ///< whatever the owner must know to use it (factor)
+    double scale = 1; ///< a factor that the owner stores with it, e.g. the modulus (factor)
     bool operator==(const FactorLabel&) const = default;
 };
 

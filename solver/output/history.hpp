@@ -24,7 +24,7 @@ public:
     ~History();
 
     /// Begins a new file. @throws WriteError
-    /// @param until_renamed  its name until somebody renames it; "": the same
+    /// @param until_renamed  its name until it is renamed; "": the same
     void start(const std::string& path, const std::string& until_renamed = "");
 
     /// Continues with a file: what stands after its first `bytes` is cut off.

@@ -15,7 +15,7 @@ namespace amontons {
 /// Exit codes of the program.
 constexpr int kDone = 0, kCaseFailed = 1, kBadInput = 2, kSolveFailed = 3, kInterrupted = 130;
 
-/// What every command knows: how it was called, and where its words go. Only the results of a
+/// Shared data of all commands: the call, and the stream for messages. Only the results of a
 /// command are passed to stdout; all else is passed to stderr.
 struct Session {
     std::vector<std::string> arguments;

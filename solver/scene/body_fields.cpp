@@ -438,7 +438,7 @@ ObjectDeclaration declare_contact()
                                                      "rod \"start\" or \"end\": that end alone.")),
              choice({"finite", "small"},
                     text<&C::sliding>("sliding", "\"small\": of solids, the geometry of the start "
-                                                 "decides who meets whom.")),
+                                                 "decides which places may touch.")),
              choice({"mortar", "nodal"},
                     text<&C::discretisation>("discretisation",
                                              "Of solids: \"mortar\" integrates over the faces, "

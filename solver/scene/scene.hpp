@@ -515,7 +515,7 @@ struct SolverInput {
     std::string linear = "auto";
 };
 
-/// A solver of somebody else's, for the contact problems of solids and rigid bodies.
+/// An external solver for the contact problems of solids and rigid bodies.
 struct ContactSolverInput {
     std::string command;   ///< for a shell in the scene's folder
     std::string function;  ///< of the program that the library is in: see solver/step/outside.hpp

@@ -175,7 +175,7 @@ bool BodyStepper::check_end_of_step()
            left_out_ <= options_.tolerance * size;
 }
 
-/// Directions of a body's modes that its acting contacts feel by no more than this share.
+/// Directions of a body's modes that its active contacts constrain by no more than this share.
 Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) const
 {
     const Eigen::Index modes = mode_load_[b].size();
@@ -206,7 +206,8 @@ void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unconstrained = unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
+        const Eigen::MatrixXd unconstrained =
+            unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",

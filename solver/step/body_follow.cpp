@@ -146,7 +146,7 @@ bool BodyStepper::close(const Eigen::VectorXd& u)
 }
 
 /// Iterations of rigid bodies on linear equations, with their factor as it is: what holds at the
-/// iterate, and forces where the iterate has them, for next to nothing.
+/// iterate, and forces where the iterate has them, at negligible cost.
 void BodyStepper::refine()
 {
     constexpr int kMost = 5;

@@ -17,7 +17,7 @@ namespace {
 constexpr int kMostModeSteps = 60;
 constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
 constexpr int kModesPatience = 400; // a shorter step is another way
-constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
+constexpr double kFinest = 1e-4;    // of the tolerance: where a finer solution costs little
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSameLoad = 1e-3;
 constexpr int kMostDrifts = 4;

@@ -17,11 +17,11 @@ namespace {
 // the elastic part are lost: where the tolerance asks for them it is less.
 constexpr double kModeWeight = 1e2, kFineModeWeight = 10, kFine = 1e-10;
 constexpr double kStressedModeWeight = 10; // over what contacts hold the modes with
-// Newton's method on a W at hand gains digits for next to nothing: what linear solids are solved
+// Newton's method on a stored W gains digits at negligible cost: what linear solids are solved
 // beyond the tolerance by, so that uniform pressure comes out uniform.
 constexpr double kFiner = 1e-4;
 constexpr int kFinerIterations = 12;
-constexpr int kFinerRows = 1000; // of a dense W: a factor of more is no longer next to nothing
+constexpr int kFinerRows = 1000; // of a dense W: the cost of a larger factor is not negligible
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
@@ -154,7 +154,8 @@ void BodyStepper::assemble()
 
     // ---- Scales of the modes
     bool modes = false;
-    // Elastic give of each row: a stiff body's modes are felt through what it stands on.
+    // Elastic give of each row: a stiff body's modes act on rows through the bodies that it rests
+    // on.
     Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
@@ -262,7 +263,7 @@ std::string BodyStepper::who(int c) const
 
 /// Contacts of elastic bodies are mostly decided by some steps of Newton's method, those of many
 /// bodies by extrapolated sweeps: a factor of their W takes longer than a thousand of them. Where
-/// that does not lead to the end, `auto` knows more ways.
+/// that does not converge, `auto` has further methods.
 ContactSolution BodyStepper::solve_contact(const SolverOptions& options, std::string& why) const
 {
     if (options_.outside) return options_.outside(problem_, options, r_, why);

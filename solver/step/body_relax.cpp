@@ -82,7 +82,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     };
 
     // ---- First push, out of an unstable equilibrium
-    BodyStepOptions quick = options; // Newton's method is quick against a drag, or leads nowhere
+    BodyStepOptions quick = options; // with a drag Newton's method converges quickly or not at all
     quick.most_iterations = kMostIterations;
     const Kept start = keep(system);
     StepInput input = step;

@@ -12,7 +12,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kNear = 1e-3; // an error from which Newton's method does not swing any more
+constexpr double kNear = 1e-3; // an error below which Newton's method does not alternate
 
 } // namespace
 

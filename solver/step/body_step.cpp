@@ -260,8 +260,8 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
 /// each: Anderson's rule extrapolates them from those before, but not where nonlinear solids make
 /// that factor small: Newton's method, which extrapolation would spoil. Where an iteration passes
 /// back on the one before and does not at least halve the error (an edge that is on a facet or off
-/// it: two states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965
-/// as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
+/// it: alternation between two states), a share of the motion by Aitken's rule. Source: Anderson
+/// 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
     left_out_ = 0;

@@ -202,7 +202,7 @@ private:
     Rows all_, rows_;
     ContactProblem problem_;
     bool stabilised_only_ = false;    ///< that problem had no solution in this iteration
-    bool stabilised_in_step_ = false; ///< that problem's iterations came to nothing
+    bool stabilised_in_step_ = false; ///< that problem's iterations did not converge
     std::string unheld_;
     std::string tipping_; ///< a body whose stress takes more of its hold than contacts have
     std::vector<char> true_tangent_; ///< bodies whose true matrix is in W beside the stabilised one

@@ -405,7 +405,7 @@ std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
             found.push_back(
                 {scene.file, fmt::format("/couplings/{}", k),
                  fmt::format("bodies that start {:.3g} m/s apart where they are joined: "
-                             "this rule lets them swing",
+                             "with this rule they oscillate",
                              worst[k]),
                  "alike velocities, or a rule that damps (theta 1)"});
     return found;

@@ -275,7 +275,7 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
 
 /// A node's stiffness along its part of a row [N/m]; 0: the row is none of what it may do.
 /// @param row   whole
-/// @param free  what holds leave of it: next to nothing of a row is none to divide by
+/// @param free  the part that holds leave; a row of which almost nothing is left is dropped
 double stiffness_of_node(const RodProblem& w, int slot, const Vec6& row, const Vec6& free)
 {
     constexpr double kNone = 1e-12; // of places; turns alone
@@ -472,7 +472,7 @@ Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Pro
                 std::min(law.stiffness, w.stiffness[std::size_t(c.slot[std::size_t(i)])]);
         law.held[0] = kHeld * stiffness_along(w, c, c.normal);
         // A tangent along which hardly anything can move (rods held in planes that are nearly one)
-        // is held by the other's weight: its own would be that over the square of next to nothing.
+        // is held by the other's weight: its own would be that over a square near zero.
         const double freest =
             s.friction > 0 ? std::max(size_of(c, c.tangent[0]), size_of(c, c.tangent[1])) : 0;
         for (int i = 0; i < 2 && s.friction > 0; ++i)

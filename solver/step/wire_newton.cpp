@@ -101,7 +101,7 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     w.unsettled =
         find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
     w.compliant_walls = any_soft(walls) ? &walls : nullptr;
-    // Of soft walls the linearised problem knows the curvature.
+    // The linearised problem contains the curvature of soft walls.
     assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.compliant_walls);
     if (wire.tip) w.tip = hold_tip(wire, w.base, w.gradient);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);

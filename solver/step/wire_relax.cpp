@@ -7,7 +7,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kLeastRelaxations = 600;     // that are made before a flow is given up
+constexpr int kLeastRelaxations = 600; // that are made before a flow ends without an equilibrium
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
 constexpr int kFirstPause = 4, kLongestPause = 32; // increments between tries of the wires at rest
 constexpr double kNoJump = 0.25; // of an increment's way: the wire has not jumped in it

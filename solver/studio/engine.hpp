@@ -32,7 +32,7 @@ class Engine {
 public:
     /// @param program  amontons
     /// @param results  folder that those of runs are written to; "": none are written
-    /// @param report     called with each line that the page is to know, without its end; by any
+    /// @param report     called with each line for the page, without its end; by any
     ///                 thread
     Engine(std::string program, std::string results, std::function<void(std::string)> tell);
     Engine(const Engine&) = delete;
