@@ -54,7 +54,7 @@ const char* reason(SafetyState state)
     case SafetyState::no_operator:
         return "no force: the simulation has published nothing yet";
     case SafetyState::starting:
-        return "the force comes in";
+        return "the force is scaled up";
     case SafetyState::running:
         return "the force is as computed";
     case SafetyState::limited:

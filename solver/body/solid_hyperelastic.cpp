@@ -87,7 +87,7 @@ double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
         const ElementFault fault = hyperelastic_forces(hyper_[std::size_t(e)], law_, x, s, forces);
         if (fault != ElementFault::none) {
             fault_ = fmt::format("{}: {} {}", input_.name, element_place(mesh_, e),
-                                 fault == ElementFault::inverted ? "would be turned inside out"
+                                 fault == ElementFault::inverted ? "would be inverted"
                                                                  : "buckles within itself");
             return;
         }

@@ -261,7 +261,8 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
             out.error = load > 0 ? missing.norm() / load : 0;
             out.converged = out.error <= kWithin * options.tolerance;
             if (out.converged || k == kCertificates) break;
-            // One that stops early is lost on with from there: the balance is what counts.
+            // The iteration continues from a solve that stopped early: the error of the balance
+            // decides.
             const LargeMatrix::Result done =
                 A.solve(missing, kWithin * kWithin * options.tolerance);
             out.linear += done.iterations;

@@ -274,12 +274,11 @@ bool BodyStepper::solve_with_modes()
                  certificate_.error > options_.tolerance)) {
                 unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal =
-                    options_.outside
-                        ? fmt::format("the answer of contact_solver has an error of {:.1e}, "
-                                      "asked is {:.1e}",
-                                      certificate_.error, options.tolerance)
-                        : fmt::format("contact problem {} at an error of {:.1e}",
-                                      name(certificate_.status), certificate_.error);
+                    options_.outside ? fmt::format("the solution of contact_solver has an error of "
+                                                   "{:.1e}, the tolerance is {:.1e}",
+                                                   certificate_.error, options.tolerance)
+                                     : fmt::format("contact problem {} at an error of {:.1e}",
+                                                   name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {
                     report_.refusal = "no motion avoids penetration:";
                     for (const int c : certificate_.proof.contacts)

@@ -140,9 +140,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
                 still.energy = sum.energy;
                 still.energy.elastic = elastic;
                 still.energy.kinetic = kinetic;
-                still.remarks.push_back(
-                    fmt::format("snapped: followed against a drag in {} steps, which took {:.3g} J",
-                                k, sum.energy.dissipated));
+                still.remarks.push_back(fmt::format(
+                    "snapped: followed with a viscous drag in {} steps, which dissipated {:.3g} J",
+                    k, sum.energy.dissipated));
                 return still;
             }
         }
@@ -156,7 +156,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         if (!r.accepted) {
             drag *= 8;
             if (drag > strongest || ++refused > kMostRefused) {
-                sum.refusal = r.refusal + " (followed against a drag)";
+                sum.refusal = r.refusal + " (followed with a viscous drag)";
                 break;
             }
             continue;
@@ -173,7 +173,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     set_viscous_drag(0);
     go_back(system, start);
     if (sum.refusal.empty())
-        sum.refusal = fmt::format("no balance found within {} steps against a drag", kMostSteps);
+        sum.refusal =
+            fmt::format("no balance found within {} steps with a viscous drag", kMostSteps);
     return sum;
 }
 

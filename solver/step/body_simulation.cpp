@@ -130,7 +130,7 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
     const EnergyScale scale = energy_scale();
     if (dynamic()) {
         if (!(energy_fault(energy, scale) > kEnergyRefused)) return EnergyVerdict::stands;
-        last.refusal = "the step makes energy: " + energy_warning(energy, scale);
+        last.refusal = "the step generates energy: " + energy_warning(energy, scale);
         return EnergyVerdict::refused;
     }
     const auto left_by_meshes = [&] { // forces times the gaps that meshes cannot resolve [J]
@@ -171,7 +171,7 @@ bool BodySimulation::State::find_first_balance()
         }
     }
     if (reached == 1) return true;
-    last.refusal = reached > 0 ? fmt::format("{}; of its loads {:.3g} were reached, then: {}",
+    last.refusal = reached > 0 ? fmt::format("{}; {:.3g} of its loads were reached, then: {}",
                                              refusal, reached, last.refusal)
                                : refusal;
     return false;
@@ -259,8 +259,8 @@ StepResult BodySimulation::State::begin()
     if (!dynamic() && !find_first_balance()) return refused();
     if (dynamic() && system->finder.has_start_overlaps()) {
         if (!resolve_start()) return refused();
-        summary.warnings.push_back(fmt::format("bodies that began inside each other were pressed "
-                                               "out before the first step; elastic energy of it: "
+        summary.warnings.push_back(fmt::format("bodies that overlapped at the start were "
+                                               "separated before the first step; elastic energy: "
                                                "{:.6g} J",
                                                last.energy.elastic));
         energy.elastic = last.energy.elastic;
@@ -448,8 +448,7 @@ RunSummary BodySimulation::conclude(const StepResult& last)
         if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
             whole.warnings.push_back(std::move(told));
     if (s.unstable > 1)
-        whole.warnings.push_back(
-            fmt::format("{} steps ended in balances that do not stand", s.unstable));
+        whole.warnings.push_back(fmt::format("{} steps ended in unstable balances", s.unstable));
     for (std::string& sentence : s.overlaps.small_contacts(*s.system))
         whole.warnings.push_back(std::move(sentence));
     if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())

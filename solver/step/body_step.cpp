@@ -504,7 +504,7 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         if (b.rod && !step_.dynamic && force_.empty() && report_.refusal.empty() &&
             b.rod->slip_is_unbalanced())
-            report_.refusal = b.name + " came to a balance that is not stable";
+            report_.refusal = b.name + " reached a balance that is not stable";
     if (!report_.refusal.empty()) return false;
     if (options_.stop &&
         *options_.stop) { // solvers may have ended with less than they do otherwise
@@ -589,8 +589,8 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         report.refusal +=
             fmt::format("; the contacts of {} do not keep it from buckling", stepper.unheld());
     else if (const std::string tips = report.accepted ? "" : stepper.tipping(); !tips.empty())
-        report.refusal += fmt::format("; the contacts of {} do not hold it where its loads have "
-                                      "moved to: it tips over or buckles",
+        report.refusal += fmt::format("; the contacts of {} do not balance its loads at their "
+                                      "present places: it tips over or buckles",
                                       tips);
     if (report.accepted || !stepper.of_rods_only() || medium) return report;
     // Rods that Newton's method leads astray: the way to a stable balance.

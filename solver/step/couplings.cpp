@@ -407,7 +407,7 @@ std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
                  fmt::format("bodies that start {:.3g} m/s apart where they are joined: "
                              "with this rule they oscillate",
                              worst[k]),
-                 "alike velocities, or a rule that damps (theta 1)"});
+                 "equal velocities, or a dissipative rule (theta 1)"});
     return found;
 }
 

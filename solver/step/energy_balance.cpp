@@ -66,8 +66,8 @@ StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_ref
     std::string message =
         fmt::format("{:.3g} J of energy {} in the step, and in shorter ones {:.3g} J: {:.2g} of "
                     "what the run has "
-                    "turned over. Its ends are balances between which there is no way",
-                    std::abs(first), first > 0 ? "are lost" : "come from nowhere", std::abs(whole),
+                    "turned over. Its ends are balances that no continuous path joins",
+                    std::abs(first), first > 0 ? "are lost" : "are gained", std::abs(whole),
                     std::abs(whole) / step.energy.scale());
     if (whole > 0 || -whole <= left_by_meshes())
         return {EnergyVerdict::stands, std::move(message), true};
