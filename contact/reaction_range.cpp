@@ -176,7 +176,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
         if (work < 0) return End::no_work;
         if (now_ - begun >= enough) return End::enough;
 
-        // What a unit of each variable that is not basic gains; of a slack all that it can.
+        // ---- The variable that enters: with y the multipliers of the rows, c - K^T y is the gain
+        // of a unit of each variable that is not basic; of a slack the gain over its whole range
         Eigen::VectorXd y = Eigen::VectorXd::Zero(m);
         for (Eigen::Index k = 0; k < m; ++k)
             if (const double own = value_of(basic_[std::size_t(k)], c); own != 0)
@@ -217,8 +218,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
             if (!signless_basic_[std::size_t(j)]) offer(row(Variable::signless, j), gain[j], 1);
         if (rate == 0) return End::optimum;
 
-        // How far it may go, and what blocks it: of those that do about first, the one with the
-        // largest pivot (Harris).
+        // ---- The step, and the variable that leaves: of those that reach a bound about first,
+        // within relaxed bounds, the one with the largest pivot (Harris)
         const double sign = rate > 0 ? 1 : -1;
         Eigen::VectorXd w = Eigen::VectorXd::Zero(m);
         for_column(enters, [&](Eigen::Index i, double v) { w += v * inverse_.col(i); });
@@ -249,6 +250,7 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
         }
         if (!std::isfinite(step) || now_ + std::abs(rate) * step > beyond_) return End::no_bound;
 
+        // ---- The new values, and the exchange in the basis by a product of elementary matrices
         now_ += std::abs(rate) * step;
         basic_value_ -= sign * step * w;
         const double from = enters.kind == Variable::slack   ? slack_[std::size_t(enters.index)]

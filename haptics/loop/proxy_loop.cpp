@@ -303,7 +303,8 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     begun_ = false;
     if (!op_ || is_broken(device)) return result;
 
-    // The body in the hand jumps, as was predicted: so does its force.
+    // ---- The problem at this pose: u = W r + q(d). The body in the hand jumps where that was
+    // predicted, and its force with it
     while (has_jumped_by(device))
         begin_operator(op_->after[0]);
     set_pose(device);
@@ -312,6 +313,8 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     if (options_.extrapolate && converged_) extrapolate();
     free_motion(fading);
     result.error = error();
+    // ---- Sweeps with extrapolation; after each the closed contacts together, kept where it is
+    // better
     double least = std::numeric_limits<double>::infinity();
     history_.begin();
     bool known = true;     // the error as it is now
@@ -348,8 +351,9 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     }
     if (!known) result.error = error();
     result.converged = converged_ = result.error <= options_.tolerance;
+    // ---- The force F = J^T r; where the problem was not solved, that of the last tick until one
+    // is
     result.wrench = wrench(fading);
-    // Until one tick is nearer, the force is held.
     unsettled_ |= result.error > kLost;
     if (unsettled_ && !is_broken(result.wrench)) {
         const Wrench own = wrench(0);
@@ -368,6 +372,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     anchor_slip(time);
     last_ = result.wrench;
 
+    // ---- Report
     result.products = products_;
     result.contacts = op_->contacts;
     for (int i = 0; i < op_->contacts; ++i)

@@ -141,6 +141,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
         const NewtonReport r = solve(inner);
         add(sum, r);
         if (!r.converged) return sum;
+        // Residual g(u) = loads + f - f_int(u) of each wall at u = offset + K^-1 f.
         const Stopwatch watch;
         error = 0;
         std::string fault;
@@ -162,7 +163,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
         if (!fault.empty() || !std::isfinite(error)) {
             sum.converged = false;
             sum.residual.contact = std::numeric_limits<double>::infinity();
-            // Half of the way from an offset that the material could answer to.
+            // Half of the way from an offset at which the material could be evaluated.
             if (++halvings > kMostHalvings || searches[0].off.size() == 0) return sum;
             for (Search& s : searches) {
                 s.state.offset = 0.5 * (s.state.offset + s.offset);
@@ -182,11 +183,12 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             return sum;
         }
         sum.converged = false;
-        // Where one is due, the steps to come gain by it too.
+        // A new tangent after kPatience rounds (later steps gain by it too), else offset += K^-1 g
+        // with Anderson's rule (improve).
         const bool slow = ++with_tangent >= kPatience && tangents < kMostTangents;
         for (std::size_t k = 0; k < searches.size(); ++k) {
             Search& s = searches[k];
-            if (error <= allowed) break; // the wire's turn
+            if (error <= allowed) break; // wire and contacts are to be solved again
             const bool moved =
                 slow && s.tube->relinearise(std::make_shared<const Eigen::VectorXd>(s.state.u));
             if (moved) {
