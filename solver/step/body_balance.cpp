@@ -4,7 +4,7 @@
 
 #include <fmt/format.h>
 
-// Balances that do not stand: rods leave them, others get a warning.
+// Unstable balances: rods leave them, other bodies get a warning.
 
 namespace amontons {
 
@@ -44,7 +44,7 @@ bool BodySimulation::State::leave_unstable(bool may_cut)
     return true;
 }
 
-/// Bodies whose balance does not stand: a sentence each, without a stop.
+/// Bodies whose balance is unstable: a sentence each, without a full stop.
 std::vector<std::string> BodySimulation::State::unstable_bodies() const
 {
     std::vector<std::string> sentences;
@@ -58,8 +58,8 @@ std::vector<std::string> BodySimulation::State::unstable_bodies() const
     return sentences;
 }
 
-/// States once a run which balances do not stand; how many there were is reported at its end. Also
-/// what nothing holds of rods that only contacts hold.
+/// Warns once in a run of unstable balances, whose number is reported at its end, and of motions of
+/// rods that neither holds nor contacts constrain.
 void BodySimulation::State::note_unstable()
 {
     if (!unheld_reported)

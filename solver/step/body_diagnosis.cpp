@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
-// Why a step found no balance, from what its last iterations left: read once, by who is refused.
+// The reason why a step found no balance, from its last iterations, for the message of the refusal.
 
 namespace amontons {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kLongElement = 100;     // longest edge / shortest
 constexpr int kMostRowsExplained = 900;  // of W: dense algebra on them, a fifth of a second
 constexpr double kNoStiffness = 1e-14, kUneven = 1e9; // of eigenvalues of W: least / largest, back
 
-/// What a mesh makes hard for any solver; "" if nothing does.
+/// Properties of a mesh that impair convergence; "" if there are none.
 std::string poor_elements(const SolidBody& solid)
 {
     const QualityReport q = report_of(measure_quality(solid.mesh()));

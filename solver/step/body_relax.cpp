@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <limits>
 
-// Snaps of rods. Where balances end, the rods move on fast, and what they lose on the way is not a
-// matter of statics. Here they are followed in a medium so thick that inertia plays no part:
+// Snaps of rods. Where equilibria end, the rods move fast, and the energy that they lose is not
+// determined by statics. Here they are followed in a medium so viscous that inertia is negligible:
 // gradient flow with implicit steps, with contact and friction as in any step. The drag follows the
 // motion.
 
@@ -110,8 +110,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     // ---- Increments against the drag
     double drag = kStart * unit, last_way = 0, longest_way = 0;
     const double strongest = std::max(kStrongest * drag, kHeavy * load), weak = kWeak * drag;
-    // Against less drag than an unstable mode has stiffness implicit steps lead back to its
-    // balance: the motion at first grows by as much in each.
+    // With less drag than the (negative) stiffness of an unstable mode implicit steps return to its
+    // balance: so the motion at first grows by this factor in each.
     double least = leave ? kGrows / (kGrows - 1) * -leave->stiffness / shortest : 0;
     drag = std::max(drag, least);
     int next_try = kBetween, between = kBetween, refused = 0;

@@ -54,7 +54,7 @@ void BodySimulation::State::make_ready()
 }
 
 /// One step; either all bodies move or none.
-/// @param relaxed  by gradient flow, where no step leads on
+/// @param relaxed  by gradient flow, where no step converges
 /// @param share  of loads and gravity
 bool BodySimulation::State::advance(double h, bool relaxed, double share)
 {
@@ -101,8 +101,8 @@ void BodySimulation::State::add_energy()
     follow(energy);
 }
 
-/// A quasi-static step so short that what is prescribed moves no farther than contacts are looked
-/// for: of a longer one equal parts.
+/// The length of a quasi-static step in which prescribed motions do not exceed the search distance
+/// of contacts; a longer one is divided into equal parts.
 double BodySimulation::State::within_reach(double h) const
 {
     if (dynamic() || h <= 0) return h;
@@ -237,7 +237,7 @@ void BodySimulation::prepare()
     state_->make_ready();
 }
 
-/// What every accepted state is followed by.
+/// Actions after every accepted state.
 StepResult BodySimulation::State::tell(StepRecord r)
 {
     const Stopwatch watch;

@@ -16,11 +16,11 @@
 namespace amontons {
 namespace {
 
-constexpr int kInMedium = 20;      // iterations: a shorter step is surer to lead on
+constexpr int kInMedium = 20;      // iterations; then a shorter step is more likely to converge
 constexpr int kDescent = 5;        // times the iterations, from an unstable balance
 constexpr int kPatienceFactor = 2; // times the iterations, for steps that are not Newton's
-// Iterations that do not halve the error, before bodies lean, and before they are tried upright
-// again; how often they change about in a step.
+// Iterations that do not halve the error before bodies are stabilised, and before the true tangent
+// is tried again; how often this may alternate in a step.
 constexpr int kUprightPatience = 3, kLeanPatience = 5, kMostTurns = 9;
 
 } // namespace
@@ -49,8 +49,8 @@ void BodyStepper::linearise()
     report_.free_motion += watch.seconds();
 }
 
-/// Reports rods what of the contact forces is known: of the step before, or the iteration.
-/// @param known_too  nothing is, if false
+/// Passes the contact forces of the step before, or of the last iteration, to the rods.
+/// @param known_too if false, no force is passed
 void BodyStepper::set_contact_forces(bool known_too)
 {
     if (step_.dynamic) return;
@@ -78,7 +78,7 @@ void BodyStepper::set_contact_forces(bool known_too)
         if (RodBody* rod = system_.refs[b].rod) rod->set_contact_forces(loads[b]);
 }
 
-/// Reports hyperelastic solids what is known of the contact forces on them from what stands still.
+/// Passes the last contact forces from bodies that do not move to the hyperelastic solids.
 void BodyStepper::pass_fixed_contact_forces()
 {
     const auto is_stabilised = [](const BodyRef& b) {
@@ -256,12 +256,12 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
     return d;
 }
 
-/// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
-/// each: Anderson's rule extrapolates them from those before, but not where nonlinear solids make
-/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration passes
-/// back on the one before and does not at least halve the error (an edge that is on a facet or off
-/// it: alternation between two states), a share of the motion by Aitken's rule. Source: Anderson
-/// 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
+/// The share of the motion y_, mode_ that is made. On geometry that moves, iterations converge by a
+/// factor each: Anderson's rule extrapolates them from those before, but not where nonlinear solids
+/// make that factor small: Newton's method, which extrapolation would spoil. Where an iteration
+/// passes back on the one before and does not at least halve the error (an edge that is on a facet
+/// or off it: alternation between two states), a share of the motion by Aitken's rule. Source:
+/// Anderson 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
     left_out_ = 0;
@@ -281,7 +281,7 @@ void BodyStepper::relax()
 
     // Nothing to extrapolate.
     const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs();
-    // What is left of the motion is the rounding of its solution, which extrapolation blows up.
+    // The rest of the motion is round-off of its solution, which extrapolation would amplify.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
     // Directions that nothing holds (a ball rolls) do not count: the motion may grow along them.
@@ -354,7 +354,7 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
     return made.norm() <= kLongest * motion.norm() ? made : motion;
 }
 
-/// Some body's iterate is none: the step is refused with its words.
+/// Refuses the step if the iterate of some body is invalid, with its reason.
 bool BodyStepper::faulty()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -463,8 +463,8 @@ bool BodyStepper::run()
             halved = i;
             ++turns;
         }
-        // From an unstable balance round-off grows by a share in each iteration: downhill all the
-        // same.
+        // Away from an unstable balance round-off grows by a factor in each iteration, while the
+        // energy decreases.
         if (std::ranges::any_of(system_.refs, [](const BodyRef& b) {
                 return b.solid && b.solid->leaves_balance();
             })) {
@@ -593,7 +593,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                                       "present places: it tips over or buckles",
                                       tips);
     if (report.accepted || !stepper.of_rods_only() || medium) return report;
-    // Rods that Newton's method leads astray: the way to a stable balance.
+    // Rods on which Newton's method diverges: with a shifted matrix, towards a stable balance.
     BodyStepReport again;
     BodyStepOptions patient = options;
     patient.most_iterations *= kPatienceFactor;

@@ -4,8 +4,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
-// Contact laws with "*" written out: of thousands of bodies there are millions of pairs, and what
-// is done for each of them must not depend on their number.
+// Contact laws with "*" written out: of thousands of bodies there are millions of pairs, and the
+// work for each of them must not depend on their number.
 
 namespace amontons {
 namespace {

@@ -20,7 +20,7 @@ PatchPose pose_at_anchor(const std::vector<BodyRef>& bodies, const CoupledPlace&
     return patch_pose(*anchor.patch, bodies[std::size_t(anchor.body)].solid->places());
 }
 
-/// How what an anchor is fixed to has turned and where it is.
+/// Rotation and place of the body that an anchor is fixed to.
 /// @param pose  of its patch, if it has one
 JointFrames::Frame frame_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
                             const PatchPose* pose)

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cmath>
 
-// With contact forces f on a wall, u = a + K^-1 f, and g(u) what loads, forces and the material
-// disagree by, the offset a is right where g = 0. a + K^-1 g is the next guess; Anderson's rule
-// mixes the last ones so that K^-1 g, measured in energy, is least. f is that of wire and contacts
-// in balance with each a, to a share of the error that is left.
+// With contact forces f on a wall, u = a + K^-1 f, and g(u) the residual of loads, forces and the
+// material, the offset a is right where g = 0. a + K^-1 g is the next guess; Anderson's rule mixes
+// the last ones so that K^-1 g, measured in energy, is least. f is that of wire and contacts in
+// balance with each a, to a share of the error that is left.
 
 namespace amontons {
 namespace {
@@ -20,7 +20,7 @@ constexpr int kMostBalanceRounds = 60;
 constexpr std::size_t kMemory = 8;       // of Anderson's rule
 constexpr double kFirstTolerance = 1e-3; // of wire and contacts while the walls are far off
 constexpr double kShare = 0.03;          // ... and of the walls' last error
-constexpr int kPatience = 12;            // looks with a tangent before another is made
+constexpr int kPatience = 12;            // evaluations with a tangent before another is made
 constexpr int kMostTangents = 3;         // made in one solve
 constexpr int kMostHalvings = 5;
 constexpr double kDependent = 1e-10; // differences that add nothing new
@@ -34,7 +34,7 @@ struct Search {
     SoftTube* tube = nullptr;
     WallState state;
     Eigen::VectorXd off, answer; ///< imbalance of the last sample, and the tangent's answer to it
-    Eigen::VectorXd offset;      ///< of that look
+    Eigen::VectorXd offset;      ///< of that evaluation
     std::vector<Past> past;
     double largest = 0; ///< imbalance of a node [N]
 

@@ -174,7 +174,7 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
         for (const auto& c : beam.insertion)
             most = std::max(most, c[1]);
         if (most <= 0) continue;
-        // The first stretch along the sheath must be free, or the wire starts against a wall.
+        // The space ahead of the sheath must be free, or the wire starts against a wall.
         const double step = std::min(radius, most);
         if (wall.distance(x + step * body.wire.sheath->frame.col(0), hint) < 0.25 * radius)
             issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/direction",

@@ -203,7 +203,7 @@ double base_work(const WireGroup& g, const GroupState& old, const std::vector<Ba
     double sum = 0;
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         const WireState &a = old.wires[w], &s = g.wires[w]->wire.state;
-        if (!g.wires[w]->wire.sheath) continue; // a clamp, which whoever holds it has moved
+        if (!g.wires[w]->wire.sheath) continue; // a clamp, moved by its holder
         const BaseLoad load = base_load(g.wires[w]->wire);
         sum += 0.5 * (before[w].push + load.push) * (s.base_insertion - a.base_insertion) +
                0.5 * (before[w].torque + load.torque) * (s.base_twist - a.base_twist);

@@ -225,7 +225,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
         report.residual = residual_of_iterate(wire, w);
         const Residual& res = report.residual;
         if (!std::isfinite(res.equilibrium)) return report;
-        // Forces so far from any balance that the walls have no shape under them.
+        // Forces so far from balance that the walls have no equilibrium under them.
         if (w.unsettled > kLost * res.scale) return report;
         keep_touches(wire, w);
         if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {

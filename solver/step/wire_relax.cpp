@@ -106,8 +106,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
     forget_pull();
     const double target = 0.1 * element_size;
 
-    // ---- Most increments, and what has happened so far
-    // A jump may take a wire as far as it is long.
+    // ---- Limits and state of the flow
+    // A jump may move a wire by its length.
     double longest = 0;
     for (const BaseTarget& t : to)
         longest = std::max(longest, t.insertion);
@@ -166,7 +166,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
                     return r;
                 }
             } else if (still.converged && !pushed_off) {
-                // An unstable equilibrium holds the flow: push it off along its weakest mode.
+                // The flow stops at an unstable equilibrium: it is displaced along its weakest
+                // mode.
                 const std::vector<std::vector<Node6>> mode = weakest_mode(g);
                 for (std::size_t w = 0; w < wires; ++w)
                     move_wire(g.wires[w]->wire, mode[w], 1e-3 * element_size);

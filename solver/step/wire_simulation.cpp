@@ -25,7 +25,7 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
-/// Before the names of a wire's quantities: of one wire alone nothing shows it apart.
+/// Prefix of the names of a wire's quantities; "" for a single wire.
 std::string wire_prefix(const Scene& scene, std::size_t wire)
 {
     return scene.beams.size() > 1 ? scene.beams[wire].name + "_" : "";
@@ -127,8 +127,8 @@ bool WireSimulation::State::solve_groups(double h, bool relax, StepReport& sum,
     return true;
 }
 
-/// One step of all wires; either all move or none. Where a wire stands in a wall between its
-/// contact points, they are put closer and the step is done again.
+/// One step of all wires; either all move or none. Where a wire overlaps a wall between its contact
+/// points, their distance is halved and the step is repeated.
 /// @param kept  the state that it begins from; with closer points, if they were put so
 bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax,
                                     std::shared_ptr<const Kept>& kept)
@@ -282,7 +282,7 @@ void WireSimulation::State::note_forces(const StepRecord& r)
             amontons::note_forces(*obstacles[o].model.surface, int(o), r.contacts, force[o]);
 }
 
-/// Examines walls that yield as they are now: at frames, and at the end.
+/// Examines compliant walls at their present state: at frames, and at the end.
 void WireSimulation::State::note_walls()
 {
     wall_moved.resize(vessels.size(), 0);
