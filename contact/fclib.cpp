@@ -48,7 +48,7 @@ const char* kind_text(const NamedArray& a)
     }
 }
 
-/// Looks datasets up, and keeps what is wrong with them.
+/// Finds datasets, and collects their faults.
 class Datasets {
 public:
     Datasets(const std::vector<NamedArray>& arrays, std::string file) : file_(std::move(file))

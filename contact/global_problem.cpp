@@ -24,7 +24,7 @@ namespace {
 using Permutation = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
 
 constexpr const char* kGlobalProblem = "global contact problem"; // stands where a file name would
-/// A pivot below this times its diagonal entry is what round-off leaves of zero.
+/// A pivot below this times its diagonal entry is zero up to round-off.
 constexpr double kPivot = 64 * std::numeric_limits<double>::epsilon();
 
 std::string sparse_size_text(const Eigen::SparseMatrix<double>& A)
@@ -46,7 +46,7 @@ double asymmetry(const Eigen::SparseMatrix<double>& M)
     return (scaled - Eigen::SparseMatrix<double>(scaled.transpose())).norm() / scaled.norm();
 }
 
-/// Unknowns that hang together in M carry the same number.
+/// Numbers of the connected components of M's graph, one for each unknown.
 std::vector<int> components(const Eigen::SparseMatrix<double>& M)
 {
     std::vector<int> root(static_cast<std::size_t>(M.rows()));

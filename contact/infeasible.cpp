@@ -55,7 +55,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
             d = next / size;
         }
     }
-    d = (d.array() > kShare).select(d, 0); // the judgement below is on what is left
+    d = (d.array() > kShare).select(d, 0); // the tests below use the remaining direction
 
     full(rows) = d;
     const Eigen::VectorXd felt = problem.W.transpose_times(full);

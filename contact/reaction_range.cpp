@@ -26,11 +26,11 @@ constexpr double kSmallPivot = 1e-11;  // entries that do not block, of the larg
 constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test exceeds
 constexpr double kRelaxRay = 1e-12;    // of the rest
 constexpr int kCheck = 100;            // pivots
-constexpr double kInconsistent = 1e-3; // of bounds, that pivots have lost: all is made anew
-constexpr double kHoldsNothing = 1e-6; // singular values of K below this hold nothing
+constexpr double kInconsistent = 1e-3; // of bounds: with a larger error the inverse is made anew
+constexpr double kHoldsNothing = 1e-6; // singular values of K below this count as zero
 constexpr int kRangeRefinements = 4;
-constexpr double kLeft = 1e-9;     // of c: what tolerances need not hold, that of round-off
-constexpr double kViolated = 1e-2; // of bounds: an answer that misses them by more is none
+constexpr double kLeft = 1e-9;     // of c: a remainder of this size is round-off
+constexpr double kViolated = 1e-2; // of bounds: a larger violation is no solution
 
 } // namespace
 
@@ -311,7 +311,7 @@ double ReactionRange::reached(const Eigen::VectorXd& c) const
     return sum;
 }
 
-/// No basic variable is beyond its bounds by more than what intervals are asked to.
+/// No basic variable violates its bounds by more than the accuracy of the intervals.
 bool ReactionRange::is_within_bounds() const
 {
     for (std::size_t k = 0; k < basic_.size(); ++k) {

@@ -149,7 +149,7 @@ void touch_convex(PolyhedronPair& pair)
                         add_vertex_face(pair, on_a, number(v), number(f), *h);
         }
     };
-    // Corners on edges come first: they stand for what faces state of the same place.
+    // Corners on edges come first: they replace those with faces at the same place.
     if (best.distance > -slack) {
         vertex_edges(a, near_a, b, near_b, true);
         vertex_edges(b, near_b, a, near_a, false);

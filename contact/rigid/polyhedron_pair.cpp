@@ -16,8 +16,8 @@
 //   vertex, vertex   the same, both only where the body at the vertex lies behind it: a corner
 //                    that hangs over the rim of a table must not block its sliding back on.
 // Edges around opposed faces (kOpposed) cross too where the outlines overlap, although there one
-// body rises a little over the plane through the crossing: without them a face that is inclined by
-// a hair would rest on one point.
+// body rises a little over the plane through the crossing: without them a face that is inclined
+// very little would rest on one point.
 
 namespace amontons {
 
@@ -245,7 +245,7 @@ void add_edge_edge(const PolyhedronPair& pair, std::int32_t edge_a, std::int32_t
                 const Vec3 &na = va.normals[at(f)], &nb = vb.normals[at(g)];
                 if (na.dot(nb) > -kOpposed) continue;
                 // Edges that are more parallel than the faces cross at a normal of their own,
-                // and where they cross, or whether, is of no weight.
+                // and the place of the crossing is undetermined.
                 const Vec3 middle = (nb - na).normalized();
                 const double along = n.dot(middle);
                 if (std::abs(along) < best) continue;

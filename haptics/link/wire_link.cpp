@@ -168,7 +168,7 @@ BaseTarget WireLink::State::target(const HandPose& pose) const
 
 // A rod's snap takes a hundred Newton solves and more, as long as several steps. By the clock it is
 // crossed in parts, one a step, and what is handed over in between is the rod on its way, held by
-// the pull of the relaxation, while the hand continues: a rod takes its time, too.
+// the pull of the relaxation, while the hand continues: the fall of a rod takes time, too.
 StepReport WireLink::State::advance(const HandPose& to, double period, StepPolicy means)
 {
     WireGroup group{{&body}, nullptr};
@@ -213,7 +213,7 @@ bool WireLink::State::in_time() const
                             kLookTime * options.period;
 }
 
-/// Back, and of a rod, which is held in space, to all sides.
+/// Back along the path, and for a rod, which is held in space, to all sides.
 std::vector<Vec6> WireLink::State::ways_aside(const Vec6& way) const
 {
     std::vector<Vec6> aside{-way};
@@ -256,7 +256,7 @@ bool WireLink::State::look(LookaheadPath& way, double longest)
     return false;
 }
 
-/// Looks where the hand is going, and where else it may go.
+/// Samples the path of the hand ahead, and other directions.
 Lookahead WireLink::State::sample_paths(const Vec6& way)
 {
     Lookahead out;

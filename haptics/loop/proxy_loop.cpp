@@ -23,7 +23,8 @@ constexpr double kPreparedTurn = 1e-3;
 /// |r_t| of a contact that slips is mu r_n to round-off; this distinguishes it from one that sticks
 /// [-].
 constexpr double kOnCone = 1e-9;
-/// A tick that ends with more than this is far from its answer: its force is the solver's own [-].
+/// A tick that ends with a larger error is far from its solution: its force depends on the solver
+/// [-].
 constexpr double kLost = 5e-3;
 /// A sweep in which the error was below this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
@@ -82,7 +83,7 @@ template <class Real> void ProxyLoop<Real>::prepare_blocks()
     prepared_turn_ = turn_;
 }
 
-/// Starts where the last two ticks point to: hands move smoothly.
+/// Extrapolates the reactions of the last two ticks, as hands move smoothly.
 template <class Real> void ProxyLoop<Real>::extrapolate()
 {
     for (int i = 0; i < op_->contacts; ++i) {
@@ -211,7 +212,7 @@ template <class Real> double ProxyLoop<Real>::error()
 /// @returns the error found at its contacts, between the one before the sweep and the one after
 template <class Real> double ProxyLoop<Real>::sweep()
 {
-    // If every contact is as content as this, so is the whole.
+    // If the residual of every contact is below this, that of all is below the tolerance.
     const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
     double square = 0;
     for (int i = 0; i < op_->contacts; ++i)
@@ -309,7 +310,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         begin_operator(op_->after[0]);
     set_pose(device);
     const double fading = fading_at(time);
-    // What a tick did not end has no trend but the solver's.
+    // An unsolved tick gives no trend but that of the solver.
     if (options_.extrapolate && converged_) extrapolate();
     free_motion(fading);
     result.error = error();
@@ -362,7 +363,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         result.wrench = last_;
         unsettled_ = !result.converged;
     }
-    if (is_broken(result.wrench)) { // an operator with numbers that are none
+    if (is_broken(result.wrench)) { // the operator contains numbers that are not finite
         clear();
         result.wrench = {};
         result.error = std::numeric_limits<double>::infinity();

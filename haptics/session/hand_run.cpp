@@ -38,7 +38,7 @@ DeviceChoice choose_device(const std::string& text)
                            (near.empty() ? "" : "; nearest: " + near)}});
 }
 
-/// Settings that the scene's profile gives; the scene is to blame for its name.
+/// The settings of the scene's profile; a wrong name is a fault of the scene.
 HapticSettings settings_of(const Scene& scene, int late)
 {
     try {
@@ -169,7 +169,7 @@ void HandRun::prepare(MakeObstacles make)
     State& s = *state_;
     s.make = std::move(make);
     s.obstacles = s.make(s.scene);
-    // Ticks by the clock, and poses from elsewhere, come when they come.
+    // Ticks by the clock and poses of real devices are not reproducible.
     const int late = s.options.late > 0 ? 3 : s.options.virtual_time ? 0 : 2;
     s.set = settings_of(s.scene, late);
     s.set.link.cache = s.options.cache;
