@@ -15,8 +15,8 @@ constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
 constexpr double kFloorShare = 1.0 / 50; // of the floor: what the round-off of u is at worst
 /// A diverging reaction raises its own floor: above this the floor is not used.
 constexpr double kFloorLimit = 1e-3;
-constexpr double kDoubt = 0.1;    // of an error: round-off that is less is left
-constexpr double kNobody = 1e-15; // errors below this are not recomputed [-]
+constexpr double kDoubt = 0.1;        // of an error: round-off that is less is left
+constexpr double kNegligible = 1e-15; // errors below this are not recomputed [-]
 
 /// rows / trace, with what is left when the trace gives no information (zero or indefinite W).
 double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
@@ -222,7 +222,7 @@ double NaturalMapError::in_long_double_if_doubtful(const Eigen::VectorXd& r, Eig
     const double in_map = rounding(r, u);
     const auto matters = [&](double floor) {
         const double noise = in_map + kFloorShare * floor;
-        return error + noise > kNobody &&
+        return error + noise > kNegligible &&
                ((told && noise > kDoubt * error) || (error <= limit && error + noise > limit));
     };
     // The bound is cheap, the floor a product, what follows ten.

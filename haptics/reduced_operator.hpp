@@ -13,8 +13,8 @@
 
 namespace amontons {
 
-constexpr int kMostLooks = 24; ///< ahead, on a way
-constexpr int kMostWays = 6;   ///< of an operator
+constexpr int kMostPathSamples = 24; ///< ahead, on a way
+constexpr int kMostPaths = 6;        ///< of an operator
 
 /// Where a displacement lies among a way's looks: between sample - 1 (for 0: the pose itself) and
 /// look, with these weights.
@@ -28,12 +28,12 @@ struct PathBlend {
 /// What q(d) and rest are beyond first order where the hand may go: with x the displacement and
 /// s = ahead . x, what they are at the samples, between them linear.
 struct SampledPath {
-    Vec6 ahead = Vec6::Zero();           ///< [1/m], [1/rad]
-    bool backwards = false;              ///< s < 0 counts, too: as on a circle
-    int looks = 0;                       ///< 0: nothing is known of it
-    std::array<double, kMostLooks> at{}; ///< s of them, rising, > 0 [-]
-    std::array<Wrench, kMostLooks> rest;
-    std::vector<Vec3> bend; ///< of q: kMostLooks of each contact [m]
+    Vec6 ahead = Vec6::Zero();                 ///< [1/m], [1/rad]
+    bool backwards = false;                    ///< s < 0 counts, too: as on a circle
+    int looks = 0;                             ///< 0: nothing is known of it
+    std::array<double, kMostPathSamples> at{}; ///< s of them, rising, > 0 [-]
+    std::array<Wrench, kMostPathSamples> rest;
+    std::vector<Vec3> bend; ///< of q: kMostPathSamples of each contact [m]
 };
 
 /// A contact that is closed, or may close before the next operator comes.

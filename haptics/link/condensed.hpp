@@ -45,7 +45,7 @@ struct CondensedSample {
 struct CondensedPath {
     Vec6 ahead = Vec6::Zero();         ///< [1/m], [1/rad]
     bool backwards = false;            ///< the other way round, too
-    std::vector<CondensedSample> look; ///< kMostLooks at most
+    std::vector<CondensedSample> look; ///< kMostPathSamples at most
 };
 
 /// The reduced problem of a step, in double and in full.
@@ -58,7 +58,7 @@ struct Condensed {
     Wrench rest;
     /// Their derivative by the displacement [N/m, N m/rad].
     Mat6 stiffness = Mat6::Zero();
-    std::vector<CondensedPath> way; ///< kMostWays at most; first where the hand is going
+    std::vector<CondensedPath> way; ///< kMostPaths at most; first where the hand is going
     HandPose handle;                ///< that this is of
     /// Where the body in the hand jumps on the first way, and what holds from there on: one, if
     /// any.

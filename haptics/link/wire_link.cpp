@@ -21,11 +21,11 @@ constexpr double kRelaxPart = 1.0 / 2; // the same in parts: a try less is time 
 constexpr double kStiffer = 10;
 constexpr int kPulls = 3;
 constexpr double kMostOut = 0.999; // of the wire's length
-constexpr int kLooks = 10;         // ahead, in a period ...
+constexpr int kSamplesAhead = 10;  // ahead, in a period ...
 constexpr int kAside = 4;          // ... and back and aside
 // The same by the clock, and how much of a period they may take.
-constexpr int kLooksInTime = 4, kAsideInTime = 2;
-constexpr double kLookTime = 0.4;
+constexpr int kSamplesInTime = 4, kAsideInTime = 2;
+constexpr double kSampleTime = 0.4;
 constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is predicted
 constexpr double kAtRest = 1e-2;    // of that, and less
 constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
@@ -210,7 +210,7 @@ Vec6 WireLink::State::way_ahead() const
 bool WireLink::State::in_time() const
 {
     return !in_parts || std::chrono::duration<double>(Clock::now() - began).count() <=
-                            kLookTime * options.period;
+                            kSampleTime * options.period;
 }
 
 /// Back along the path, and for a rod, which is held in space, to all sides.
@@ -241,7 +241,7 @@ bool WireLink::State::look(LookaheadPath& way, double longest)
     const HandPose from = device;
     const StepStart begin = mark_step_start(body.wire);
     double done = 0, step = longest;
-    while (done < 1 && way.ahead.size() < kMostLooks && in_time()) {
+    while (done < 1 && way.ahead.size() < kMostPathSamples && in_time()) {
         const double share = std::min(done + step, 1.0);
         if (go_on(moved(from, share * way.way), StepPolicy::look)) {
             done = share;
@@ -263,17 +263,17 @@ Lookahead WireLink::State::sample_paths(const Vec6& way)
     if (way.isZero() || !body.wire.outside()) return out;
     const WireState here = body.wire.state;
     const HandPose at = device;
-    const auto look_along = [&](const Vec6& along, int looks) {
+    const auto sample_path = [&](const Vec6& along, int looks) {
         const bool falls = look(out.ways.emplace_back(LookaheadPath{along, {}}),
                                 1.0 / (looks * options.periods_ahead()));
         device = at;
         body.wire.state = here;
         return falls;
     };
-    out.falls = look_along(way, in_parts ? kLooksInTime : kLooks);
+    out.falls = sample_path(way, in_parts ? kSamplesInTime : kSamplesAhead);
     for (const Vec6& aside : ways_aside(way)) {
         if (!in_time()) break;
-        look_along(aside, in_parts ? kAsideInTime : kAside);
+        sample_path(aside, in_parts ? kAsideInTime : kAside);
         if (out.ways.back().ahead.empty()) out.ways.pop_back();
     }
     return out;

@@ -117,7 +117,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
             q.noalias() += c.J * moved_;
         for (int w = 0; w < op_->ways; ++w) {
             const PathBlend& look = look_[at(w)];
-            const Vec3* bend = &op_->way[at(w)].bend[at(kMostLooks * i + look.look)];
+            const Vec3* bend = &op_->way[at(w)].bend[at(kMostPathSamples * i + look.look)];
             q += look.there * bend[0];
             if (look.look > 0) q += look.before * bend[-1];
         }

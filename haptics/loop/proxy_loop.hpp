@@ -164,7 +164,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    std::array<PathBlend, kMostWays> look_; // of the operator's ways, at this pose
+    std::array<PathBlend, kMostPaths> look_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

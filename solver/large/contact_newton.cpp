@@ -13,8 +13,8 @@ namespace {
 /// own: what is left of a gap then is about 2 / this of what it was; multigrid still copes.
 constexpr double kStiffer = 100;
 constexpr double kTest = 0.5; // of it: what turns a gap into a force where states are decided
-constexpr double kLinearTolerance = 1e-3; // of a Newton step
-constexpr double kGiveTolerance = 1e-3;   // of W r where only its size counts
+constexpr double kLinearTolerance = 1e-3;     // of a Newton step
+constexpr double kComplianceTolerance = 1e-3; // of W r where only its size counts
 constexpr double kTraceTolerance = 1e-2;
 constexpr int kTraceProbes = 2;
 constexpr double kUseless = 0.5; // share of a residual that a linear solve leaves: no step
@@ -290,7 +290,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
         }
         Eigen::VectorXd given = acting;
         if (k == 0 || out.compliance.size() == 0) {
-            solve(A, given, kGiveTolerance, out);
+            solve(A, given, kComplianceTolerance, out);
             out.compliance = p.C.transpose() * given;
         }
         if (!out.fault.empty()) return out; // of what the error is made of

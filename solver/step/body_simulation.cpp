@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;    // ... may be so much longer
 constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
-constexpr int kMostTold = 8;       // of warnings of a kind
+constexpr int kMostWarnings = 8;   // of warnings of a kind
 
 } // namespace
 
@@ -143,11 +143,11 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
     };
     const double whole = refinement.whole;
     const StepJudgement j = judge_step(refinement, {before.energy.error(), energy, scale, time, h},
-                                       jumps < kMostTold, left_by_meshes);
+                                       jumps < kMostWarnings, left_by_meshes);
     if (whole > 0 && refinement.level == 0) step_length = whole; // what comes next is another step
     if (!j.message.empty()) last.remarks.push_back(j.message);
     if (j.verdict == EnergyVerdict::refused) last.refusal = j.message;
-    if (j.verdict == EnergyVerdict::stands && j.jump && jumps++ < kMostTold)
+    if (j.verdict == EnergyVerdict::stands && j.jump && jumps++ < kMostWarnings)
         summary.warnings.push_back(fmt::format("step {}: {}", step + 1, j.message));
     return j.verdict;
 }
@@ -238,7 +238,7 @@ void BodySimulation::prepare()
 }
 
 /// Actions after every accepted state.
-StepResult BodySimulation::State::tell(StepRecord r)
+StepResult BodySimulation::State::record_accepted(StepRecord r)
 {
     const Stopwatch watch;
     r.phases = summary.seconds;
@@ -277,7 +277,7 @@ StepResult BodySimulation::State::begin()
     energy.kinetic_start = energy.kinetic;
     started = true;
     note_unstable();
-    return tell(record(0, 0));
+    return record_accepted(record(0, 0));
 }
 
 StepResult BodySimulation::State::step_path()
@@ -292,7 +292,7 @@ StepResult BodySimulation::State::step_path()
     note_unstable();
     StepRecord r = record(time - before, watch.seconds());
     add_step(summary, r);
-    return tell(std::move(r));
+    return record_accepted(std::move(r));
 }
 
 /// Drives, holds and loads: the bodies' own curves count. Along a path the time of a step is
@@ -372,7 +372,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     ++step;
     note_unstable();
     overlaps.add(*system, last, step, summary.warnings);
-    if (last.lag > 0 && lagging++ < kMostTold)
+    if (last.lag > 0 && lagging++ < kMostWarnings)
         summary.warnings.push_back(fmt::format(
             "step {}: contacts jump at its end; their forces are those of contacts as the last "
             "iteration found them, {:.1g} of them away from those at the end",
@@ -389,7 +389,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     StepRecord r = record(h, watch.seconds());
     add_step(summary, r);
     contacts_sum += double(r.contacts.size());
-    return tell(std::move(r));
+    return record_accepted(std::move(r));
 }
 
 StepResult BodySimulation::step(const std::atomic<bool>& stop, double not_beyond)
@@ -445,14 +445,14 @@ RunSummary BodySimulation::conclude(const StepResult& last)
     s.note_limits();
     RunSummary whole = sum; // a run that continues adds its own
     for (std::size_t b = 0; b < s.limits.size(); ++b)
-        if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
-            whole.warnings.push_back(std::move(told));
+        if (std::string warning = s.limits[b].warning(s.system->refs[b].name); !warning.empty())
+            whole.warnings.push_back(std::move(warning));
     if (s.unstable > 1)
         whole.warnings.push_back(fmt::format("{} steps ended in unstable balances", s.unstable));
     for (std::string& sentence : s.overlaps.small_contacts(*s.system))
         whole.warnings.push_back(std::move(sentence));
-    if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
-        whole.warnings.push_back(std::move(told));
+    if (std::string warning = energy_warning(s.energy, s.energy_scale()); !warning.empty())
+        whole.warnings.push_back(std::move(warning));
     return whole;
 }
 

@@ -21,7 +21,7 @@ constexpr int kDescent = 5;        // times the iterations, from an unstable bal
 constexpr int kPatienceFactor = 2; // times the iterations, for steps that are not Newton's
 // Iterations that do not halve the error before bodies are stabilised, and before the true tangent
 // is tried again; how often this may alternate in a step.
-constexpr int kUprightPatience = 3, kLeanPatience = 5, kMostTurns = 9;
+constexpr int kTrueTangentPatience = 3, kStabilisedPatience = 5, kMostTurns = 9;
 
 } // namespace
 
@@ -456,7 +456,7 @@ bool BodyStepper::run()
             least = report_.error;
             halved = i;
         }
-        const int patience = stabilised_in_step_ ? kLeanPatience : kUprightPatience;
+        const int patience = stabilised_in_step_ ? kStabilisedPatience : kTrueTangentPatience;
         if ((stabilised_in_step_ || !true_tangent_.empty()) && i - halved >= patience &&
             turns < kMostTurns) {
             stabilised_in_step_ = !stabilised_in_step_; // stabilised bodies damp what jumps

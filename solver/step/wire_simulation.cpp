@@ -406,7 +406,7 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
 WireSimulation::~WireSimulation() = default;
 
 /// What every accepted state is followed by.
-StepResult WireSimulation::State::tell(StepRecord r)
+StepResult WireSimulation::State::record_accepted(StepRecord r)
 {
     PhaseSeconds& sum = summary.seconds;
     sum.free_motion += r.phases.free_motion;
@@ -444,7 +444,7 @@ StepResult WireSimulation::State::begin(const std::atomic<bool>& stop)
         energy.elastic_start += history[first_of(g)].elastic;
     }
     started = true;
-    return tell(record(first, 0, 0));
+    return record_accepted(record(first, 0, 0));
 }
 
 StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond)
@@ -512,7 +512,7 @@ StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond
     ++s.contact_steps;
     for (const ContactRecord& c : r.contacts)
         s.energy.largest_force = std::max(s.energy.largest_force, c.force.norm());
-    return s.tell(std::move(r));
+    return s.record_accepted(std::move(r));
 }
 
 RunSummary WireSimulation::conclude(const StepResult& last)
@@ -525,20 +525,20 @@ RunSummary WireSimulation::conclude(const StepResult& last)
     s.note_walls();
     RunSummary whole = sum; // a run that continues adds its own
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
-        if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
-            whole.warnings.push_back(std::move(told));
+        if (std::string warning = wall_warning(s.vessels[v], s.wall_moved[v]); !warning.empty())
+            whole.warnings.push_back(std::move(warning));
     double size = 0;
     for (const WireBody& b : s.wires)
         size = std::max(size, b.wire.material.length);
     const bool dynamic = s.wires[0].motion.dynamic;
-    if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
-        !told.empty())
-        whole.warnings.push_back(std::move(told));
+    if (std::string warning = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
+        !warning.empty())
+        whole.warnings.push_back(std::move(warning));
     for (std::size_t w = 0; w < s.wires.size(); ++w) {
         const WireOverlapLog& log = s.history[w].overlap;
         if (!(log.depth > 0)) continue;
-        std::string told = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
-        if (!told.empty()) whole.warnings.push_back(std::move(told));
+        std::string warning = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
+        if (!warning.empty()) whole.warnings.push_back(std::move(warning));
     }
     return whole;
 }

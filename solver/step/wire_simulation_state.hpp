@@ -132,7 +132,7 @@ struct WireSimulation::State {
     Unmoved unmoved() const;
     void undo(const Unmoved& before);
     StepResult begin(const std::atomic<bool>& stop);
-    StepResult tell(StepRecord record);
+    StepResult record_accepted(StepRecord record);
     bool solve_groups(double h, bool relax, StepReport& sum, std::vector<StepReport>& reports);
     bool advance(double h, StepReport& sum, std::string& refusal, bool relax,
                  std::shared_ptr<const Kept>& kept);
