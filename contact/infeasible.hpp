@@ -8,8 +8,8 @@ namespace amontons {
 
 /// Searches for the proof that no reaction can prevent penetration.
 ///
-/// The suspect is how a solver's normal reactions run away; it is cleaned by inverse iteration
-/// on the null space of its own rows, then judged by the definition of InfeasibilityProof alone.
+/// The candidate is the growth of a solver's normal reactions; it is refined by inverse iteration
+/// on the null space of its own rows, then tested by the definition of InfeasibilityProof alone.
 /// Never wrong about an infeasible problem beyond round-off; may miss one.
 /// @param growth  difference of two iterates, rows [N]
 /// Cost: one factorisation of the rows that grow, O(m^3), and two products with W.

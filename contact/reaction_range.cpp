@@ -14,8 +14,8 @@
 //     0 <= theta <= 1,   lambda >= 0,   lower <= s <= upper.
 //
 // Each r within the cones is one of these with theta = 1, and d = 0 is a vertex to begin with: all
-// slacks are basic. Cones stand in it by their rays, one of 64 beside the best of them where a ray
-// would enter.
+// slacks are basic. Cones are represented by their rays, one of 64 beside the best of them where a
+// ray would enter.
 
 namespace amontons {
 namespace {

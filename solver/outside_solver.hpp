@@ -38,7 +38,7 @@ struct OutsideAnswer {
 OutsideAnswer ask_outside_solver(const OutsideSolver& solver, const std::string& problem,
                                  double tolerance, const std::atomic<bool>* stop);
 
-/// What a reaction is worth, by the measure that our solvers get. @param r  rows of the problem
+/// Certifies a reaction as those of our own solvers are certified. @param r  rows of the problem
 ContactSolution judged(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                        ErrorScope scope = ErrorScope::all_rows);
 

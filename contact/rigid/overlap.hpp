@@ -3,15 +3,15 @@
 #include "contact/rigid/shape.hpp"
 #include "contact/surface/overlap.hpp"
 
-// How far a rigid shape penetrates another body that is given by its signed distance: measured on
-// the surface of the shape, independently of the contacts that were found.
+// How far a rigid shape stands in something whose distance is known: measured on the shape itself,
+// whatever contacts were found.
 
 namespace amontons {
 
-/// The point of a shape's surface that is deepest in another body.
+/// Where a shape's surface is deepest in something.
 struct ShapeOverlap {
-    double depth = 0; ///< penetration [m]; 0: none
-    /// The deepest point, in space [m].
+    double depth = 0; ///< [m]; 0: nowhere inside
+    /// Where it is deepest [m].
     Vec3 place = Vec3::Zero();
 };
 

@@ -9,8 +9,8 @@
 #include <limits>
 #include <optional>
 
-// How far surfaces penetrate each other: measured on the surfaces themselves, independently of the
-// contacts that were found between them.
+// How far surfaces stand in each other: measured on the surfaces themselves, whatever contacts were
+// found between them.
 //
 // Two meshes overlap where a node of one is inside the other, or an edge of one enters and leaves
 // again. A mesh and an exact shape overlap where the distance from the shape is negative somewhere
@@ -29,8 +29,7 @@ struct OverlapSpot {
     SurfacePlace own;
     double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
     double bulge = 0; ///< of both: what flat faces leave [m]
-    /// Of an exact shape: what a flat face leaves by the smaller of the shape's two curvatures [m].
-    double round = 0;
+    double round = 0; ///< of an exact shape alone, by the least of its two curvatures [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
     double node_gap = 0;
 };
@@ -57,7 +56,7 @@ public:
     /// Nothing where the nearest place is on a border: there the surface has no sides.
     /// @param hint  a triangle that is probably near, or -1; that of x on return
     std::optional<Foot> at(const Vec3& x, std::int32_t& hint) const;
-    /// Where the segment from a to b crosses the surface, as fractions of its length, ascending.
+    /// Where the way from a to b passes through the surface, as shares of it, ascending.
     void crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const;
 
 private:
@@ -73,17 +72,16 @@ private:
 /// The longest edge between the corners of a face [m].
 double longest_edge(const ExternalSurface& surface, std::size_t face, std::span<const Vec3> places);
 
-/// Curvature of the surface around a face, from the angles between its triangles and their
-/// neighbours; those across a sharp edge of the body do not count [1/m].
+/// Of the surface around a face, by how its triangles turn against those beside them; across an
+/// edge of the body there is none [1/m].
 double curvature_of_face(const PlacedSurface& surface, std::size_t face);
 
-/// How far a flat face may deviate from the curved surface that it and its neighbours approximate:
-/// the largest width^2/8 times curvature, of its width across each edge to another face [m].
-/// @param widest  larger widths count as this one [m]
+/// By how much a face may stand off the curved surface that it and those beside it are made for, or
+/// in it: the largest width^2/8 times curvature, of its width across each edge to another [m].
+/// @param widest  of the widths that count [m]
 double bulge_of_face(const PlacedSurface& surface, std::size_t face, double widest);
 
-/// Mean outward unit normal of the faces that a place lies on; zero where these are folded onto
-/// each other.
+/// Outward and unit, of the faces that a place lies on; zero where they fold onto each other.
 Vec3 outward_normal_at(const PlacedSurface& surface, const SurfacePlace& place);
 
 /// The box around some of a surface's nodes.
@@ -98,7 +96,7 @@ struct Extent {
 Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
                     std::span<const Vec3> places);
 
-/// Spots below both depths keep bulge = 0: to compute it takes most of a search.
+/// What is deep in neither way needs no bulge: it is left 0, and costs most of a search.
 struct Shallow {
     double of_face = 0; ///< depth over the smaller of the faces that meet [-]
     double depth = std::numeric_limits<double>::infinity(); ///< [m]

@@ -28,11 +28,13 @@ public:
 
     /// Of the handle when the run begins.
     virtual HandPose start() const = 0;
-    /// What the handle's drive asks for: shift [m] and turn [rad] from the start, endless.
+    /// The motion prescribed by the drive of the handle at time t [s]: shift [m] and turn [rad]
+    /// from the start, for every t.
     virtual Vec6 path(double t) const = 0;
-    /// Along which a device of one push and one twist moves the handle; zero: moved in space.
+    /// Axis along and about which a device of one push and one twist moves the handle, a unit
+    /// vector; zero: the handle moves freely in space.
     virtual Vec3 axis() const { return Vec3::Zero(); }
-    /// What may be meant otherwise in the scene's files.
+    /// Warnings about the scene's files: values that are valid but probably not intended.
     virtual const std::vector<Issue>& warnings() const = 0;
 
     /// A step of one period (the first: of none) with the device there at its end. Where it is

@@ -18,7 +18,8 @@ public:
     /// @param origin  of the handle, in the body's own coordinates [m]: turns are about it
     HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& spring);
 
-    /// Where the device wants the handle at the end of the steps to come.
+    /// Sets the pose of the device at the end of the steps to come, to which the springs pull the
+    /// handle.
     void aim(const HandPose& device) { device_ = device; }
     const HandPose& device() const { return device_; }
     const HandPose& pose() const { return state_; } ///< of the handle, accepted
@@ -59,7 +60,8 @@ public:
     void set_state(std::span<const double> state) override;
 
 private:
-    Vec6 spring_compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
+    Vec6
+    spring_compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
     void drive();
     Placement placement(const HandPose& pose) const;
 

@@ -14,7 +14,7 @@ struct PassivityOptions {
     double period = 1e-3;           ///< of the loop [s]
     double max_damping = 5;         ///< that the device bears [N s/m]
     double max_turn_damping = 5e-3; ///< the same for its turn [N m s/rad]
-    /// How much farther than predicted the hand may come in one tick, without counting on it: what
+    /// How much farther than predicted the hand may move in one tick, without counting on it: what
     /// one step of the encoder hides [m], [rad].
     double resolution = 0, turn_resolution = 0;
     /// How many ticks a force may be held because the next one comes late, >= 1.

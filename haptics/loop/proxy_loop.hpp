@@ -21,7 +21,8 @@ struct ProxyOptions {
     /// clock is read, so that the same input gives the same force.
     double budget = 0;
     double (*now)() = nullptr; ///< the clock of the budget [s]; null: the wall's
-    /// Time over which a new operator comes in, in periods of the simulation; 0: at once [-].
+    /// Time over which the force passes to a new operator, in periods of the simulation; 0: at once
+    /// [-].
     double blend = 1;
     bool extrapolate = true;            ///< start a tick from the trend of the last two reactions
     SimdLevel simd = SimdLevel::avx512; ///< or the best that there is

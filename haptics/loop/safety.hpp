@@ -9,7 +9,7 @@ namespace amontons {
 /// State of the force: docs/theory/haptics.md.
 enum class SafetyState {
     no_operator,        ///< nothing to feel yet: no force
-    starting,           ///< force comes in from zero, or comes back
+    starting,           ///< the force is scaled up from zero, or restored
     running,            ///< as computed
     limited,            ///< running, but less or other than computed: passivity control, or a limit
     aged_operator,      ///< the simulation is late: the force loses stiffness
@@ -75,7 +75,7 @@ public:
     /// What was passed to the device in the end: where a ramp to zero continues from.
     void sent(const Wrench& wrench) { sent_ = wrench; }
 
-    /// Of the force that comes in only this share could be sent: it continues from there.
+    /// Only this share of a force that is scaled up could be sent: scaling continues from there.
     void hold_back(double share);
 
     SafetyState state() const { return state_; } ///< never `limited`: see ForceOutput

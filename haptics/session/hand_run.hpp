@@ -67,7 +67,7 @@ public:
     /// From the beginning to the end, or until `stop`. Once, after prepare().
     HapticOutcome run(const HandRunHooks& hooks, const std::atomic<bool>& stop);
 
-    /// What may be meant otherwise in the scene; after prepare().
+    /// Warnings about the scene: values that are valid but probably not intended; after prepare().
     std::vector<std::string> warnings() const;
     /// The keys of `amontons haptic --json`; after run().
     std::string json(const HapticOutcome& o) const;

@@ -88,7 +88,7 @@ private:
     bool complete_ = true;            ///< the state's u holds for all nodes
     // A^-1 C of columns that stay: few contacts may act on many nodes.
     int same_columns_ = 0;                   ///< calls in a row with the columns that came last
-    std::optional<Eigen::MatrixXd> motions_; ///< unknowns x columns; empty: not worth it
+    std::optional<Eigen::MatrixXd> motions_; ///< unknowns x columns; empty: slower than solves
 };
 
 } // namespace amontons

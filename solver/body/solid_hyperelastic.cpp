@@ -315,7 +315,7 @@ void SolidBody::linearise_hyperelastic()
     free_change_ = with_pins(y);
 }
 
-/// Moves the iterate by as much of a change as leaves every element upright; by less if steps have
+/// Moves the iterate by as much of a change as inverts no element; by less if steps have
 /// not come nearer to a balance for a while, or the matrix was not the tangent: then no further
 /// than where the forces along the step have turned.
 void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode)

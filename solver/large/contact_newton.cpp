@@ -279,7 +279,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
         newton.run(out.y, out.r, tolerance, options, out);
         if (options.stop && *options.stop) return out;
         if (!out.fault.empty()) return out; // no iterate that an error could be stated of
-        // What the answer is worth: u = W r + q of these r, with A alone.
+        // The error of the solution: u = W r + q of these r, with A alone.
         A.set_blocks({}, true, true);
         if (!(out.mean_compliance > 0)) out.mean_compliance = mean_of_diagonal(A, p, out);
         const Eigen::VectorXd acting = p.C * out.r;

@@ -111,7 +111,7 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
 
 /// Iterations of one solve with multigrid: they depend on the mesh's grading, on its elements and
 /// on Poisson's ratio, from 8 to hundreds, and no formula of ours predicts them.
-/// @param most  more are not worth knowing: then these
+/// @param most  larger numbers are not counted: then this one is returned
 /// @throws std::runtime_error  if it breaks down
 int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
 {
@@ -309,7 +309,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     choose();
 
     // ---- Modules; one solve where the choice is close
-    // Whether the module can be loaded is worth knowing only where it is taken.
+    // Whether the module can be loaded is tested only where it would be used.
     if (plan.taken != "direct" && plan.path(plan.taken)->possible)
         if (const std::string fault = parallel_fault(); !fault.empty()) {
             for (LinearPath& p : plan.paths)

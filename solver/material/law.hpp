@@ -67,7 +67,7 @@ constexpr std::size_t of_triangle(std::size_t i, std::size_t j)
     return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
 }
 
-/// What a law is asked: tensors without factors of shear.
+/// The strain at which a law is evaluated; shear components are those of the tensor (not doubled).
 template <class Number> struct Strain {
     /// Right Cauchy-Green strain and its inverse, in VTK's order.
     std::array<Number, 6> C, C_inverse;
@@ -79,7 +79,7 @@ template <class Number> Number determinant(const Gradient<Number>& F);
 /// Strain of a deformation gradient.
 template <class Number> Strain<Number> strain_of(const Gradient<Number>& F);
 
-/// What it adds to zeros.
+/// Energy, stress and tangent of a point, to which each part of a law adds its own.
 template <class Number> struct Response {
     Number energy{};            ///< W, 0 at rest [J/m^3]
     std::array<Number, 6> S{};  ///< 2 dW/dC, second Piola-Kirchhoff stress [Pa]
@@ -92,14 +92,14 @@ template <class Number> struct Response {
     void add_volume(const Strain<Number>& at, bool tangent);
 };
 
-/// What a point answers to C.
+/// Energy, stress and tangent of a point at a strain C.
 struct PointResponse {
     double energy = 0;     ///< W, 0 at rest [J/m^3]
     Vec6 S = Vec6::Zero(); ///< 2 dW/dC, second Piola-Kirchhoff stress [Pa]
     Mat6 D = Mat6::Zero(); ///< 2 dS/dC, symmetric [Pa]
 };
 
-/// One number that a law asks for.
+/// One constant of a law.
 struct MaterialConstant {
     const char* name = "";
     /// Unit, "" for none.
@@ -110,7 +110,7 @@ struct MaterialConstant {
     bool above = true;           ///< the lower bound itself is not allowed
 };
 
-/// How a material answers to small strains at rest.
+/// Moduli of a material for small strains about its reference state.
 struct SmallStrains {
     double shear = 0;  ///< mu [Pa]; of a directed law the largest
     double lambda = 0; ///< Lame's [Pa]

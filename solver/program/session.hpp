@@ -28,7 +28,7 @@ struct Session {
     void say(std::string_view text) const;
     /// A line on stderr, when the user wants details.
     void detail(std::string_view text) const;
-    /// What may be meant otherwise, a line each on stderr, unless the user wants quiet.
+    /// Warnings, a line each on stderr, unless the user wants quiet.
     void warn(const std::vector<Issue>& issues) const;
     /// A line on stderr, always.
     void error(std::string_view text) const;

@@ -20,7 +20,7 @@ public:
     {
     }
 
-    /// @param places  the fields it rests on; the first is the one to blame
+    /// @param places  the fields it rests on; the first is the one named in the message
     void add(const std::vector<std::string>& places, std::string found, std::string allowed)
     {
         for (const std::string& p : places)

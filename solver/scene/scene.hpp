@@ -551,7 +551,7 @@ struct HapticInput {
     double turn_stiffness = 0;    ///< [N m/rad]; 0: turns are held rigidly
     double damping = 0;           ///< [N s/m]
     double speed = 0.2;           ///< fastest predicted [m/s]
-    double ramp = 0.5;            ///< in which the force comes in [s]
+    double ramp = 0.5;            ///< over which the force is scaled up [s]
     int contacts = 300;           ///< most that are handed over
     HandInput hand;
 };

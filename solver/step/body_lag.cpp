@@ -7,7 +7,7 @@
 
 // Where the geometry of contacts jumps. A quasi-static step searches for a balance with contacts as
 // they are at its end. Contacts between facets appear and disappear there, and their normals jump:
-// between two geometries to which the iteration leads by turns there need be no balance on either.
+// between two geometries that the iteration reaches alternately there need be no balance on either.
 // What there is then, in this order:
 //
 //   1 a contact that carried a force when it was lost for the second time in a step is kept until

@@ -197,7 +197,7 @@ private:
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
     bool modes_apart_ = false;       ///< they cannot be, for this step
     Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]
-    std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
+    std::vector<double> mode_way_;   ///< of each body, the length scale of its balance [m]
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
     ContactProblem problem_;
@@ -206,7 +206,7 @@ private:
     std::string unheld_;
     std::string tipping_; ///< a body whose stress takes more of its hold than contacts have
     std::vector<char> true_tangent_; ///< bodies whose true matrix is in W beside the stabilised one
-    Eigen::VectorXd held_;           ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_;           ///< Gamma of body_stabilisation.cpp, by rows [N/m]; or empty
     Eigen::VectorXd held_r_;         ///< r' there
     std::vector<char> released_;     ///< of each contact: 1 its tangents, 2 all of it
     Eigen::MatrixXd taken_;          ///< q of the problem with it: (1 - taken) q

@@ -11,7 +11,7 @@ namespace amontons {
 struct BranchLog {
     int deepest = -1, deepest_wall = -1; ///< branch and obstacle; -1: none
     int place = -1, place_wall = -1;     ///< now
-    double entered = 0;                  ///< depth there when it came in [m]
+    double entered = 0;                  ///< depth of the tip when it entered the branch [m]
 
     /// Of a ball or a box a wire is beyond it once its tip has been in it, until the tip comes back
     /// or into another branch.
