@@ -33,7 +33,7 @@ Separation polyhedron_separation(const PolyhedronPair& pair)
             for (const Vec3& v : x.vertices)
                 low = std::min(low, y.normals[f].dot(v));
             const double distance = low - y.offsets[f];
-            // A tie is passed to the first, so that round-off does not choose.
+            // Of equals the first is taken, so that round-off does not choose.
             if (distance <= best.distance + kSamePlace * pair.size) continue;
             best = {distance, on_b ? y.normals[f] : Vec3{-y.normals[f]}, -1, -1, -1, -1};
             (on_b ? best.face_b : best.face_a) = number(f);

@@ -25,9 +25,9 @@ namespace amontons {
 // jitters. Faster senders are felt better: 1000 a second or more are best.
 //
 // World axes. Whatever has another size or another beginning is left aside; a pose with an older
-// number than the last is, too. Forces are passed to where the newest pose came from: who sends a
-// higher number takes the device over. One number that is none (NaN, infinite) ends the force for
-// good.
+// number than the last is, too. Forces are sent to the address that the newest pose came from: who
+// sends a higher number takes the device over. One number that is none (NaN, infinite) ends the
+// force for good.
 
 using UdpPacket = std::array<unsigned char, 64>;
 

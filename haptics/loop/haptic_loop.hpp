@@ -53,7 +53,7 @@ public:
     TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
                     double time, bool simulation_stopped = false);
 
-    /// That share in [0, 1] of the last wrench: what is passed to the device after the last tick.
+    /// That share in [0, 1] of the last wrench: what is sent to the device after the last tick.
     Wrench fade_out(double share) { return output_.fade_out(share); }
 
     /// Where a device's pose has the handle: the same, or by the clutch; one that jumped away from

@@ -42,7 +42,7 @@ enum class Motion {
              ///< only what is predicted
 };
 
-/// Counts and controls the energy that is passed to the hand.
+/// Measures and limits the energy given to the hand.
 ///
 /// The force is held over a tick, so the work of a tick is exactly F . (x_k - x_(k-1)), however
 /// late the tick came: no velocity is estimated. The control predicts: with the motion of the

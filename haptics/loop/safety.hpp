@@ -72,7 +72,7 @@ public:
     /// The wrench with the ramp of the state applied; in a fault what is left of the one sent last.
     /// A wrench that is not finite is a fault of its own.
     Wrench apply(const Wrench& wrench);
-    /// What was passed to the device in the end: where a ramp to zero continues from.
+    /// The wrench that was sent to the device in the end, from which a ramp to zero continues.
     void sent(const Wrench& wrench) { sent_ = wrench; }
 
     /// Only this share of a force that is scaled up could be sent: scaling continues from there.

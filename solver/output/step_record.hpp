@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-// What one finished step passes to the writers: plain data, no pointers into the simulation.
+// The data of one finished step for the writers: plain data, no pointers into the simulation.
 
 namespace amontons {
 

@@ -16,7 +16,7 @@ namespace amontons {
 constexpr int kDone = 0, kCaseFailed = 1, kBadInput = 2, kSolveFailed = 3, kInterrupted = 130;
 
 /// Shared data of all commands: the call, and the stream for messages. Only the results of a
-/// command are passed to stdout; all else is passed to stderr.
+/// command are written to stdout; all else is written to stderr.
 struct Session {
     std::vector<std::string> arguments;
     bool quiet = false;

@@ -127,7 +127,7 @@ Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given
     });
 }
 
-/// Runs an external solver. Its output is passed to stderr.
+/// Runs an external solver. Its output is written to stderr.
 Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Session& session)
 {
     try {
