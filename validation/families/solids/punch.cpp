@@ -40,7 +40,7 @@ std::vector<double> grown(double length, double cell, double factor)
     return at;
 }
 
-/// A quarter of a cylinder as wide and high as the grading passes, pressed by a plane over the disc
+/// A quarter of a cylinder as wide and high as the grading reaches, pressed by a plane over the disc
 /// of radius a.
 Punch punch(double a, double E, double nu, double depth, double mu, const Grading& g)
 {
