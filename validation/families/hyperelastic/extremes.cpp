@@ -1,4 +1,4 @@
-// Hyperelastic solids at the ends of what numbers carry: each run converges to its tolerance or
+// Hyperelastic solids at the limits of double precision: each run converges to its tolerance or
 // gives the reason it does not.
 
 #include "validation/families/hyperelastic/hyperelastic.hpp"
