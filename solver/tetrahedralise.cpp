@@ -142,7 +142,7 @@ Entries module(const std::string& file)
     }
 }
 
-/// The surface as the module likes it: around the origin, of size 1.
+/// The surface as the module expects it: around the origin, of size 1.
 struct Scaled {
     Vec3 centre = Vec3::Zero();
     double length = 1; ///< [m]
@@ -239,7 +239,7 @@ struct Departure {
     }
 };
 
-/// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not promise it.
+/// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not guarantee it.
 /// @param places  out: where its surface touches itself
 std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Departure& vertices,
                      const Departure& faces, std::vector<Vec3>& places)

@@ -43,7 +43,7 @@ def ease(t, end):
     return 0.5 - 0.5 * math.cos(math.pi * min(max(t, 0) / end, 1))
 
 
-# Where the hand wants to be [m], by scene: into it, then back and forth and out and in again.
+# Path of the hand [m], by scene: into it, then back and forth and out and in again.
 PATHS = {
     "hapco/hexa.json": lambda t: (0.006 * wave(t, 3.1), 0.004 * wave(t, 2.3), -0.010 * ease(t - 1, 2) * (1 + wave(t, 4.7))),
     "hapco/tetra.json": lambda t: (0.006 * wave(t, 3.1), 0.004 * wave(t, 2.3), -0.010 * ease(t - 1, 2) * (1 + wave(t, 4.7))),

@@ -33,7 +33,7 @@ def main():
     options.add_argument("--port", type=int, default=5005)
     options.add_argument("--rate", type=float, default=1000, help="Hz")
     options.add_argument("--duration", type=float, default=5, help="s")
-    options.add_argument("--depth", type=float, default=0.006, help="m, where the hand wants to be")
+    options.add_argument("--depth", type=float, default=0.006, help="target depth of the hand [m]")
     a = options.parse_args()
 
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)

@@ -37,7 +37,7 @@ std::string energy_warning(const EnergyRecord& e, const EnergyScale& scale)
         "{:.3g} J of energy {}, {:.2g} of what the run turned over: its steps, or jumps "
         "within them, miss as much of the work; shorter steps, or finer meshes where "
         "bodies slide, miss less",
-        std::abs(e.error()), e.error() > 0 ? "were lost" : "came from nowhere", fault);
+        std::abs(e.error()), e.error() > 0 ? "were lost" : "were generated", fault);
 }
 
 StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_refine,

@@ -41,7 +41,7 @@ struct Tally {
     double worst = 0, certificate = 0;
     std::string why;
 
-    /// @param reference  of the quantity, of a run that gets there
+    /// @param reference  of the quantity, of a run that converges
     void add(const Scene& scene, const std::string& what, const std::string& quantity,
              double reference)
     {
