@@ -7,10 +7,10 @@
 
 namespace amontons {
 
-/// Of lengths that are meant to be the same, relative.
+/// Relative difference below which two lengths of a scene count as equal.
 constexpr double kInputRoundOff = 1e-9;
 
-/// Adds Issues, but none that rests on a field that is wrong in itself.
+/// Adds Issues, except those about a field for which there already was one.
 class Findings {
 public:
     Findings(const std::string& file, std::vector<Issue>& issues)
