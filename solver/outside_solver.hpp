@@ -19,13 +19,13 @@ struct OutsideSolver {
     double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time of one problem [s]
 };
 
-/// Why there is no answer: what the command did, as the end of a sentence that begins with it.
+/// There is no result: the message is the predicate of a sentence whose subject is the command.
 class NoOutsideAnswer : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// Answer of another program, or why there is none.
+/// Result of another program.
 struct OutsideAnswer {
     FclibSolution solution;
     double seconds = 0; ///< wall time of the command [s]

@@ -17,7 +17,7 @@ namespace amontons::studio {
 /// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
-/// What is simulated, and how it continues.
+/// What the engine simulates, and from which state.
 struct EngineStart {
     std::string scene;            ///< its path
     std::vector<std::string> set; ///< "PATH=VALUE"
@@ -27,7 +27,7 @@ struct EngineStart {
 };
 
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`, or `amontons
-/// haptic`. Whatever happens to it, the server lives on and gives the reason. For many threads.
+/// haptic`. When it ends for any reason, the server continues and reports why. For many threads.
 class Engine {
 public:
     /// @param program  amontons
