@@ -5,13 +5,13 @@
 
 namespace amontons {
 
-/// A rigid body or a solid in the hand: six more unknowns, shift and turn of its frame, which hang
-/// on the device by springs. So the step's own contact problem moves it, and the force on the hand
-/// follows from the certified solution.
+/// A rigid body or a solid in the hand: six more unknowns, shift and turn of its frame, which
+/// springs couple to the device. So the step's own contact problem moves it, and the force on the
+/// hand follows from the certified solution.
 ///
 /// In quasi-static steps the matrix of the six is diag(k, k_turn); in dynamic ones, on velocities
-/// and with the frame at the end of the step, h^2 times that: the handle has no mass of its own,
-/// the hand has.
+/// and with the frame at the end of the step, h^2 times that: the handle has no mass of its own;
+/// the mass is that of the hand.
 class HeldBody final : public Body {
 public:
     /// @param body    of a body whose motion is prescribed; outlives this

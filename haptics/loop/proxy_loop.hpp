@@ -60,12 +60,12 @@ struct ClosedRow {
 
 /// Solves u = W r + q(d) for the device pose d, tick after tick.
 ///
-/// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before: what has
-/// slipped stays slipped. q(d) = q + J (d - d0), for points on a rigid handle with their exact
-/// turn; frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution
-/// of `contact`, from the last tick's reaction; a contact that is content costs an evaluation. A
-/// new operator is found without a jump: see operator_update.cpp. No lock, no allocation, no
-/// exception, no system call (but the clock, if there is a budget).
+/// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before, which
+/// is not recovered. q(d) = q + J (d - d0), for points on a rigid handle with their exact turn;
+/// frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution of
+/// `contact`, from the last tick's reaction; a contact whose law is satisfied costs one evaluation.
+/// The transition to a new operator has no jump: see operator_update.cpp. No lock, no allocation,
+/// no exception, no system call (but the clock, if there is a budget).
 template <class Real> class ProxyLoop {
 public:
     /// @param most_contacts  >= contacts of every operator taken; all memory is taken here
@@ -83,8 +83,8 @@ public:
     /// The force for this pose; zero until an operator was taken.
     ProxyTick tick(const HandPose& device, double time);
 
-    /// Releases everything, as if nothing had ever touched; contacts that overlap at this pose
-    /// come in over the blend time.
+    /// Discards all reactions, as before the first contact; reactions of contacts that overlap at
+    /// this pose are phased in over the blend time.
     void release(const HandPose& device, double time);
 
     /// The operator in use; nullptr before the first.

@@ -8,7 +8,7 @@ namespace amontons {
 
 /// State of the force: docs/theory/haptics.md.
 enum class SafetyState {
-    no_operator,        ///< nothing to feel yet: no force
+    no_operator,        ///< no operator yet: no force
     starting,           ///< the force is scaled up from zero, or restored
     running,            ///< as computed
     limited,            ///< running, but less or other than computed: passivity control, or a limit
@@ -39,7 +39,7 @@ struct SafetyOptions {
     double max_turn_speed = 20; ///< [rad/s]
     double max_jump = 0.05;     ///< of the pose from one sample to the next [m]
     double lost_after = 0.01;   ///< without a valid sample [s]
-    double calm = 0.2;          ///< how long all must be well before the force comes back [s]
+    double calm = 0.2;          ///< time without a fault before the force returns [s]
 };
 
 /// State of the loop in a tick, by which faults are detected.
@@ -54,15 +54,15 @@ struct SafetyInput {
     double sample_time = -std::numeric_limits<double>::infinity();
 };
 
-/// Watches, names what is wrong, and takes the force down.
+/// Detects faults, names them, and reduces the force to zero.
 ///
 /// An operator that ages loses stiffness: from aged_periods on the force is scaled down with its
-/// age, evenly, to none at stale_periods. One that comes meanwhile brings it back as at the start.
+/// age, evenly, to none at stale_periods. A new operator restores it as at the start.
 ///
 /// In a fault the last wrench that was sent varies linearly to zero within ramp_down, by the clock,
 /// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) lets the
-/// force come back over ramp_up after all was well for `calm`; the others stay. A tick that comes
-/// late brings no more of it back than one in time.
+/// force return over ramp_up after a time `calm` without a fault; the others are permanent. A late
+/// tick restores no more of the force than one in time.
 class Safety {
 public:
     explicit Safety(const SafetyOptions& options = {}) : options_(options) {}
