@@ -15,7 +15,7 @@ instead, and gives it the force. The packet, 64 bytes, little-endian, both ways:
     3 double  rotation vector [rad]       torque on the hand [N m]
 
 The newest number is obeyed, whoever sends it: a second client with higher ones takes the device over. One
-number that is none (NaN, infinite) in a pose ends the force for good.
+number that is none (NaN, infinite) in a pose ends the force until the program is restarted.
 
 client.py [--port 5005] [--rate 1000] [--duration 5] [--depth 0.006]
 """

@@ -117,13 +117,13 @@ WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
     std::vector<Issue> issues;
     if (scene.beams.size() > 1)
         issues.push_back({scene.file, "/bodies/" + scene.beams[1].name, "a second beam",
-                          "one: beams beside the one in the hand are not felt yet"});
+                          "one: further beams beside the one in the hand are not supported yet"});
     if (scene.time.kind == "dynamic")
         issues.push_back({scene.file, "/time/kind", "\"dynamic\"",
                           "\"quasi_static\": a beam in the hand has no dynamics yet"});
     if (scene.haptic.damping > 0)
         issues.push_back({scene.file, "/haptic/damping", std::to_string(scene.haptic.damping),
-                          "0: a beam's base hangs on springs only"});
+                          "0: a beam's base is coupled by springs only"});
     if (!issues.empty()) throw InputError(std::move(issues));
     if (rod) {
         body = make_held_rod(scene, scene.rods[0], obstacles, spring, walls, warnings);

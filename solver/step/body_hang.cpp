@@ -7,7 +7,7 @@
 #include <cmath>
 #include <map>
 
-// Rigid bodies that hang on joints and springs, at rest.
+// Rigid bodies suspended from joints and springs, at rest.
 //
 // A rotation about a joint is no motion along its rows: the stiffness of a pendulum is geometric,
 // since the joint's force F does not rotate with its arm p from the body's centre to the joint.

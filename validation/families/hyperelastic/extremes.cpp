@@ -35,7 +35,7 @@ VolumeMesh cube(ElementKind kind, int n, double low, std::vector<double> heights
     return lattice_mesh({graded(1, n, 1), graded(1, n, 1), heights}, kind);
 }
 
-/// What came of some runs.
+/// Results of some runs.
 struct Tally {
     int runs = 0, done = 0, silent = 0;
     double worst = 0, certificate = 0;
