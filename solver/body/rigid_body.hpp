@@ -21,6 +21,14 @@ public:
     const RigidShape& shape() const { return shape_; }
     /// Placement of the shape at the iterate.
     Placement placement() const { return placement_of(now_); }
+    /// Centre of mass [m] and turn at the iterate of a step at rest.
+    std::pair<Vec3, Eigen::Quaterniond> iterate() const { return {now_.centre, now_.turn}; }
+    /// Sets centre of mass [m] and turn of the iterate, as iterate() gave them.
+    void set_iterate(const std::pair<Vec3, Eigen::Quaterniond>& at)
+    {
+        now_.centre = at.first;
+        now_.turn = at.second;
+    }
     /// Placement at the end of a step without contact.
     Placement free_placement(const StepInput& step) const;
     /// Placement at the start of the step.

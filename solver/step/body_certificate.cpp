@@ -171,6 +171,7 @@ bool BodyStepper::check_end_of_step()
         size = std::max(size, body(b).size());
     errors_.push_back(report_.error);
     if (new_overlap <= options_.tolerance * size) deepest_.clear();
+    if (rolls_ && pull_back_ > 0) return false; // what it leaves out of contact is not there yet
     return report_.error <= report_.threshold && deepest_.empty() &&
            left_out_ <= options_.tolerance * size;
 }

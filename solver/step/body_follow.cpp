@@ -26,12 +26,12 @@ constexpr int kMostFollowed =
     16; // iterations that find contacts anew; then they move as found last
 constexpr double kSameFace = 0.9; // cosine of normals: beyond, a contact is with another face
 
+} // namespace
+
 Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 {
     return rotation_between(frame.col(0), normal).toRotationMatrix() * frame;
 }
-
-} // namespace
 
 /// Steps that have joints, or rigid bodies that may touch on round surfaces: normals of flat ones
 /// rotate only with the bodies, and piles of them converge slowly. Not in implicit Euler's steps,

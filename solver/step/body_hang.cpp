@@ -86,12 +86,18 @@ bool BodyStepper::only_hangs() const
     return true;
 }
 
-/// S of all modes by the last forces, its replacement where it is not positive, and the support of
-/// rotations without a load. Before the first forces the loads are used.
+/// Derivative of the loads on the modes by the modes at the iterate, with the known forces.
 void BodyStepper::find_hanging()
 {
     hanging_ = {};
-    if (!hangs()) return;
+    if (hangs()) find_hanging_on_joints();
+    if (rolls_) find_rolling();
+}
+
+/// S of all modes by the last forces, its replacement where it is not positive, and the support of
+/// rotations without a load. Before the first forces the loads are used.
+void BodyStepper::find_hanging_on_joints()
+{
     std::vector<Eigen::Index> first(bodies(), -1);
     Eigen::Index modes = 0;
     double load = 0, pull = 0; // of all bodies and joints [N]
@@ -266,7 +272,9 @@ Eigen::VectorXd BodyStepper::change_by_hanging(std::size_t b) const
         if (k == b) own = at;
         if (mode_[k].size() > 0) all.segment(at, mode_[k].size()) = mode_[k];
     }
-    return hanging_.used.middleRows(own, mode_load_[b].size()) * all;
+    Eigen::VectorXd change = hanging_.used.middleRows(own, mode_load_[b].size()) * all;
+    if (hanging_.pull.size() > 0) change -= hanging_.pull.segment(own, mode_load_[b].size());
+    return change;
 }
 
 /// How far rigid bodies that hang are from balance, of the forces on them, at the iterate.

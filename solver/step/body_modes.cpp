@@ -23,6 +23,7 @@ constexpr double kSameLoad = 1e-3;
 constexpr int kMostDrifts = 4;
 constexpr double kSizeRounding = 1e-12; // of a body's size
 constexpr double kPushedAside = 1e-2;   // of the forces, that come of faces which deform
+constexpr int kMostRolling = 8; // steps of modes, where the next geometry has other loads anyway
 
 /// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
 /// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
@@ -332,6 +333,8 @@ bool BodyStepper::solve_with_modes()
         }
         if (there) return true;
         if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
+        // Balance is asked for where bodies have rolled to, not here.
+        if (rolls_ && !hanging_.empty() && step + 1 == kMostRolling) return true;
         // The forces on a small body may be negligible beside those that the error is relative to:
         // continue.
         constexpr double kLeast = 1e-30;
@@ -451,13 +454,16 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
     if (!hanging_.empty())
         for (const auto& [row, own] : soft)
             yields[row] += own;
+    const Eigen::VectorXd bound =
+        rolls_ && !hanging_.empty() ? stiffness_by_forces(least_size) : Eigen::VectorXd();
     for (Eigen::Index row = 0; row < rows_.count; ++row) {
-        const double weight =
-            yields[row] > 0 ? 1 / (least[row] * yields[row] * mode_weight()) : firm;
+        double weight = yields[row] > 0 ? 1 / (least[row] * yields[row] * mode_weight()) : firm;
+        if (bound.size() > 0) weight = std::min(weight, bound[row]);
         if (weight > 0) T.noalias() += B.row(row).transpose() * (weight * B.row(row));
     }
     const std::vector<Eigen::Index> seen = seen_modes();
     if (!hanging_.empty()) T.diagonal() += hanging_.support(seen);
+    if (rolls_ && !hanging_.empty()) hold_unseen(T, hanging_.used(seen, seen), firm);
     // Two bodies that touch stiffly and stand on something soft leave T singular by round-off.
     constexpr double kRoundOff = 1e-12;
     T.diagonal() *= 1 + kRoundOff;

@@ -207,6 +207,8 @@ void BodyStepper::assemble()
         modes_apart_ = true;
     }
     if (!modes_coupled_) hanging_ = {};
+    // Bodies that roll are held by next to nothing: gaps would be none beside what they yield by.
+    if (rolls_ && modes_coupled_) measured_W_ = sum(1 / mode_weight());
     if (!modes || !modes_coupled_) {
         if (modes) measured_W_ = sum(1 / mode_weight());
         problem_.W = sum(modes ? 1 - 1 / mode_weight() : 0);
@@ -385,7 +387,7 @@ bool BodyStepper::solve()
             report_.refusal.clear();
             continue;
         }
-        if (!solved && (feed_freely() || couple_modes())) {
+        if (!solved && (feed_freely() || couple_modes() || roll())) {
             for (Eigen::VectorXd& m : mode_)
                 m.setZero();
             report_.refusal.clear();

@@ -43,6 +43,9 @@ struct FollowedContact {
     double approach = 0; ///< rate at which the gap closes at the start [m/s]
 };
 
+/// A contact's frame, turned by the least angle to this normal.
+Mat3 turned_frame(const Mat3& frame, const Vec3& normal);
+
 /// Number of rows of a contact: 3 with friction, else 1.
 int rows_of(std::span<const ContactPair> pairs, const BodyContact& c);
 

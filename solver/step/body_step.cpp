@@ -280,7 +280,7 @@ void BodyStepper::relax()
             part(*v, [](const auto& from, auto to) { to = from; });
 
     // Nothing to extrapolate.
-    const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs();
+    const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs() || rolls_;
     // The rest of the motion is round-off of its solution, which extrapolation would amplify.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;

@@ -138,10 +138,16 @@ private:
     bool add_coupled_modes(const Eigen::VectorXd& compliance, const std::vector<Eigen::MatrixXd>& W,
                            const std::vector<std::pair<int, double>>& soft);
     std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
+    // body_roll.cpp
+    bool roll();
+    void find_rolling();
+    Eigen::VectorXd stiffness_by_forces(double length) const;
+    void hold_unseen(Eigen::MatrixXd& T, const Eigen::MatrixXd& S, double stiffness) const;
     // body_hang.cpp
     bool hangs() const;
     bool only_hangs() const;
     void find_hanging();
+    void find_hanging_on_joints();
     std::vector<Eigen::Index> seen_modes() const;
     Eigen::MatrixXd unloaded_modes(std::size_t b, const Eigen::MatrixXd& unconstrained) const;
     bool leave_upright();
@@ -239,15 +245,19 @@ private:
     Eigen::MatrixXd changes_, made_; ///< of the motion between iterations, and the motions made
     Eigen::VectorXd motion_before_;
     BodyContacts rubbed_; ///< of steps at rest: contacts at its start that had friction then
-    /// How the loads on the modes of all bodies change with them, where rigid bodies hang.
+    /// How the loads on the modes of all bodies change with them, where rigid bodies hang or roll.
     struct Hanging {
         Eigen::MatrixXd stiffness; ///< by the forces at the iterate
         Eigen::MatrixXd away;      ///< never negative: far from the balance
         Eigen::MatrixXd used;      ///< one of both
         Eigen::VectorXd support;   ///< for turns that nothing holds
+        Eigen::VectorXd pull;      ///< back to the start of the step, where bodies roll
         double load = 0;           ///< of all bodies [N]
         bool empty() const { return used.size() == 0; }
     } hanging_;
+    bool rolls_ = false;        ///< rigid bodies on curved surfaces, in this step: see roll()
+    std::vector<Vec3> rolled_;  ///< of each body, its shift over the step so far [m]
+    double pull_back_ = 0;      ///< of its load over its size, towards the start of the step
     bool left_upright_ = false; ///< an unstable balance, in this step
     Eigen::MatrixXd coupled_B_; ///< modes of all bodies seen by all rows, where some hang
     Eigen::MatrixXd elastic_W_; ///< W of these rows without modes

@@ -78,6 +78,9 @@ RandomScene draw_clot_in_tube(Draw& draw)
     s.drawn = fmt::format("a ball of {:.2g} of the tube, wire {:.2g} of it, mu {:g}, {} steps",
                           ball / tube, r / tube, mu, steps);
     s.same = 1e-4; // walls of tubes are sampled
+    // Along a level tube the ball is in balance anywhere: contact to 1e-8 of its weight places it.
+    s.units = 1e-6;
+    s.turns = 0.2; // of first order in its steps, which snaps of the wire may cut otherwise
     return s;
 }
 

@@ -183,6 +183,8 @@ std::vector<Variant> variants_of(const RandomScene& s, std::uint64_t seed, int n
         v.killed_after = draw.real(0.3, 0.9);
         list.push_back(v);
     }
+    for (Variant& v : list)
+        v.turns = s.turns;
     for (const Twin& twin : s.twins) {
         Variant v{twin.name, twin.scene};
         v.tolerance = twin.tolerance;
@@ -280,10 +282,16 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
         for (int k = 0; k < 3; ++k) {
             const int axis = column_of(stem + "_" + "xyz"[k], sign);
             now[k] = axis < 0 ? std::nan("") : sign * b.rows.back()[std::size_t(axis)] / factor;
-            // A pair's force is reported on the first of the two, whichever of the names comes
-            // first.
-            judge(stem + "_" + "xyz"[k], value[k], now[k], unit);
         }
+        if (ends_with(stem, "_turn")) { // half a turn has two vectors
+            const double apart =
+                Eigen::AngleAxisd(Mat3(turn_by(value).transpose() * turn_by(now))).angle();
+            if (!(apart <= v.turns)) judge(stem, 0, apart, unit);
+            continue;
+        }
+        // A pair's force is reported on the first of the two, whichever of the names comes first.
+        for (int k = 0; k < 3; ++k)
+            judge(stem + "_" + "xyz"[k], value[k], now[k], unit);
     }
     return found;
 }

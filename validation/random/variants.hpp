@@ -17,6 +17,7 @@ struct Variant {
     double killed_after =
         0; ///< share of the scene's own steps after which it is killed, then resumed; 0: not
     double tolerance = 0; ///< relative to the largest value of a unit; 0: the same bits
+    double turns = 0;     ///< how far bodies may have turned otherwise; 0: as `tolerance` [rad]
     bool forces_only = false;
     Mat3 turn = Mat3::Identity();
     Vec3 shift = Vec3::Zero();
