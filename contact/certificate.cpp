@@ -13,10 +13,10 @@ namespace {
 
 constexpr double kFloorFactor = 50 * std::numeric_limits<double>::epsilon();
 constexpr double kFloorShare = 1.0 / 50; // of the floor: what the round-off of u is at worst
-/// A reaction that runs away raises its own floor: beyond this, round-off is no excuse.
+/// A diverging reaction raises its own floor: above this the floor is not used.
 constexpr double kFloorLimit = 1e-3;
-constexpr double kDoubt = 0.1;    // of an error: round-off that is less is left
-constexpr double kNobody = 1e-15; // an error that is less is no matter [-]
+constexpr double kDoubt = 0.1;        // of an error: round-off that is less is left
+constexpr double kNegligible = 1e-15; // errors below this are not recomputed [-]
 
 /// rows / trace, with what is left when the trace gives no information (zero or indefinite W).
 double scalar_rho(const Delassus& W, const Eigen::VectorXd& diagonal)
@@ -122,7 +122,7 @@ std::string report(const Certificate& c)
     if (c.rank_deficient && !c.indefinite) out << "; W is singular: one of several reactions";
     if (c.indefinite) out << "; W has a negative eigenvalue";
     if (c.status == SolveStatus::infeasible) {
-        out << "; no motion opens the gaps of contacts";
+        out << "; no reaction can prevent penetration at contacts";
         for (int i : c.proof.contacts)
             out << ' ' << i;
     }
@@ -176,7 +176,7 @@ double NaturalMapError::size_of_q(const Eigen::VectorXd& r, const Eigen::VectorX
             kind != ContactKind::bilateral && u[k] >= 0 && r.segment(k, rows).isZero(0);
         if (!open) acting += problem_.q.segment(k, rows).squaredNorm() * (scaled ? rho(i) : 1);
     }
-    // If nothing acts, or only contacts that touch exactly, all rows are the only size there is.
+    // If no contact acts, or only contacts with q = 0, all rows give the size.
     return acting > 0 ? std::sqrt(acting) : scaled ? scaled_size_ : size_;
 }
 
@@ -222,7 +222,7 @@ double NaturalMapError::in_long_double_if_doubtful(const Eigen::VectorXd& r, Eig
     const double in_map = rounding(r, u);
     const auto matters = [&](double floor) {
         const double noise = in_map + kFloorShare * floor;
-        return error + noise > kNobody &&
+        return error + noise > kNegligible &&
                ((told && noise > kDoubt * error) || (error <= limit && error + noise > limit));
     };
     // The bound is cheap, the floor a product, what follows ten.
@@ -324,7 +324,7 @@ Certificate certify(const NaturalMapError& error, const Eigen::VectorXd& r, doub
     c.error = error.certain(r, u, residuals, tolerance);
     c.scaled_error = error.scaled(r, u);
     c.rounding = error.rounding(r, u);
-    // The floor costs a product: only who has not converged without it needs it.
+    // The floor costs a product, and is computed only where the error is above the tolerance.
     if (!(c.error <= tolerance)) c.threshold = error.threshold(r, u, tolerance);
     c.status = c.error <= tolerance     ? SolveStatus::converged
                : c.error <= c.threshold ? SolveStatus::at_round_off

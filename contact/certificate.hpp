@@ -125,7 +125,7 @@ public:
     {
         return in_long_double_if_doubtful(r, u, residuals, limit, false);
     }
-    /// The last digit of r as an error [-].
+    /// The error that a change of r in its last digit can make [-].
     double rounding(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     /// r with each slipping contact moved by a last digit or two onto its cone.
     Eigen::VectorXd rounded(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
@@ -143,8 +143,9 @@ public:
 
     const ContactProblem& problem() const { return problem_; }
     ErrorScope scope() const { return scope_; }
-    double rho() const { return rho_; }                         ///< [N/m]
-    double rho(int contact) const { return own_rho_[contact]; } ///< [N/m]
+    double rho() const { return rho_; } ///< rows / trace(W), common to all contacts [N/m]
+    /// rows_i / trace(W_ii), a contact's own [N/m].
+    double rho(int contact) const { return own_rho_[contact]; }
     /// The first row of a contact in u, r and q.
     int first_row(int contact) const { return offset_[static_cast<std::size_t>(contact)]; }
 
@@ -158,7 +159,8 @@ private:
     double exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u,
                  Eigen::VectorXd& residuals) const;
     double in_long_double_if_doubtful(const Eigen::VectorXd& r, Eigen::VectorXd& u,
-                                      Eigen::VectorXd& residuals, double limit, bool told) const;
+                                      Eigen::VectorXd& residuals, double limit,
+                                      bool reported) const;
     double uncapped_floor(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
     double floor_bound(const Eigen::VectorXd& r, const Eigen::VectorXd& u) const;
 

@@ -44,7 +44,7 @@ struct DelassusOfBodies {
         return std::span(place).subspan(static_cast<std::size_t>(first[k]),
                                         static_cast<std::size_t>(first[k + 1] - first[k]));
     }
-    std::vector<int> first;   ///< of each row, in `place`
+    std::vector<int> first;   ///< of each row: its first entry in `place`; rows + 1
     std::vector<Place> place; ///< by rows
 };
 

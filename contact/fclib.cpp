@@ -48,7 +48,7 @@ const char* kind_text(const NamedArray& a)
     }
 }
 
-/// Looks datasets up, and keeps what is wrong with them.
+/// Finds datasets, and collects their faults.
 class Datasets {
 public:
     Datasets(const std::vector<NamedArray>& arrays, std::string file) : file_(std::move(file))
@@ -65,7 +65,7 @@ public:
     }
     const std::map<std::string, const NamedArray*>& all() const { return by_name_; }
 
-    void tell(const std::string& name, std::string found, std::string allowed)
+    void report(const std::string& name, std::string found, std::string allowed)
     {
         issues_.push_back({file_, "/" + name, std::move(found), std::move(allowed)});
     }
@@ -87,7 +87,7 @@ public:
         const std::vector<std::int32_t>* values = integers(name);
         if (!values) return {};
         if (values->size() == 1) return values->front();
-        tell(name, count(values->size()), "one integer");
+        report(name, count(values->size()), "one integer");
         return {};
     }
 
@@ -110,7 +110,7 @@ public:
                                                   static_cast<Eigen::Index>(values->size()));
         }
         if (size != kAnySize && v.size() != size) {
-            tell(name, count(static_cast<std::size_t>(v.size())), std::to_string(size));
+            report(name, count(static_cast<std::size_t>(v.size())), std::to_string(size));
             return {};
         }
         return v;
@@ -129,15 +129,15 @@ private:
     {
         const auto it = by_name_.find(name);
         if (it == by_name_.end()) {
-            tell(name, "no such dataset", allowed);
+            report(name, "no such dataset", allowed);
             return nullptr;
         }
         if (const auto* bad = std::get_if<Unreadable>(&it->second->value)) {
-            tell(name, bad->reason, allowed);
+            report(name, bad->reason, allowed);
             return nullptr;
         }
         const T* value = std::get_if<T>(&it->second->value);
-        if (!value) tell(name, kind_text(*it->second), allowed);
+        if (!value) report(name, kind_text(*it->second), allowed);
         return value;
     }
 
@@ -152,23 +152,23 @@ bool check_pointers(Datasets& d, const std::string& name, const std::vector<std:
 {
     const std::string place = name + "/p";
     if (p.size() != lines + 1) {
-        d.tell(place, count(p.size()), std::to_string(lines + 1));
+        d.report(place, count(p.size()), std::to_string(lines + 1));
         return false;
     }
     if (p[0] != 0) {
-        d.tell(place + "[0]", std::to_string(p[0]), "0 (indices start at 0)");
+        d.report(place + "[0]", std::to_string(p[0]), "0 (indices start at 0)");
         return false;
     }
     for (std::size_t k = 1; k < p.size(); ++k)
         if (p[k] < p[k - 1]) {
-            d.tell(place + "[" + std::to_string(k) + "]",
-                   std::to_string(p[k]) + " after " + std::to_string(p[k - 1]),
-                   "pointers that do not fall");
+            d.report(place + "[" + std::to_string(k) + "]",
+                     std::to_string(p[k]) + " after " + std::to_string(p[k - 1]),
+                     "pointers that do not fall");
             return false;
         }
     if (static_cast<std::size_t>(p.back()) > stored) {
-        d.tell(place + "[" + std::to_string(p.size() - 1) + "]", std::to_string(p.back()),
-               "<= " + std::to_string(stored) + ", the size of i and x");
+        d.report(place + "[" + std::to_string(p.size() - 1) + "]", std::to_string(p.back()),
+                 "<= " + std::to_string(stored) + ", the size of i and x");
         return false;
     }
     return true;
@@ -187,9 +187,9 @@ bool check_range(Datasets& d, const std::string& place, const std::vector<std::i
 {
     const std::ptrdiff_t k = first_outside(index, used, end);
     if (k < 0) return true;
-    d.tell(place + "[" + std::to_string(k) + "]",
-           std::to_string(index[static_cast<std::size_t>(k)]),
-           end > 0 ? "0 to " + std::to_string(end - 1) : "none: the matrix is empty");
+    d.report(place + "[" + std::to_string(k) + "]",
+             std::to_string(index[static_cast<std::size_t>(k)]),
+             end > 0 ? "0 to " + std::to_string(end - 1) : "none: the matrix is empty");
     return false;
 }
 
@@ -200,11 +200,11 @@ std::optional<Eigen::SparseMatrix<double>> matrix(Datasets& d, const std::string
     const std::optional<int> m = d.integer(name + "/m"), n = d.integer(name + "/n"),
                              nz = d.integer(name + "/nz");
     // The sizes are bounded by those of vectors that are there, before anything is allocated.
-    if (m && *m != rows) d.tell(name + "/m", std::to_string(*m), std::to_string(rows) + " rows");
+    if (m && *m != rows) d.report(name + "/m", std::to_string(*m), std::to_string(rows) + " rows");
     if (n && *n != columns)
-        d.tell(name + "/n", std::to_string(*n), std::to_string(columns) + " columns");
+        d.report(name + "/n", std::to_string(*n), std::to_string(columns) + " columns");
     if (nz && *nz < -2)
-        d.tell(name + "/nz", std::to_string(*nz), "-1 by columns, -2 by rows, >= 0 triplets");
+        d.report(name + "/nz", std::to_string(*nz), "-1 by columns, -2 by rows, >= 0 triplets");
     const std::vector<std::int32_t>* p = d.integers(name + "/p");
     const std::vector<std::int32_t>* i = d.integers(name + "/i");
     const std::optional<Eigen::VectorXd> x = d.vector(name + "/x", kAnySize);
@@ -220,7 +220,7 @@ std::optional<Eigen::SparseMatrix<double>> matrix(Datasets& d, const std::string
                                          {"/i", i->size()},
                                          {"/x", static_cast<std::size_t>(x->size())}})
             if (size < used)
-                d.tell(name + part, count(size), "at least nz = " + std::to_string(used));
+                d.report(name + part, count(size), "at least nz = " + std::to_string(used));
         if (d.count_issues() > before) return {};
         row = *i;
         column = *p;
@@ -243,8 +243,8 @@ std::optional<Eigen::SparseMatrix<double>> matrix(Datasets& d, const std::string
     }
     for (std::size_t k = 0; k < used; ++k)
         if (!std::isfinite((*x)[static_cast<Eigen::Index>(k)])) {
-            d.tell(name + "/x[" + std::to_string(k) + "]",
-                   full_text((*x)[static_cast<Eigen::Index>(k)]), "finite");
+            d.report(name + "/x[" + std::to_string(k) + "]",
+                     full_text((*x)[static_cast<Eigen::Index>(k)]), "finite");
             return {};
         }
     std::vector<Eigen::Triplet<double>> entries;
@@ -265,17 +265,17 @@ std::optional<Laws> laws(Datasets& d, const std::string& group, const std::strin
     const std::size_t before = d.count_issues();
     const std::optional<int> dimension = d.integer(group + "/spacedim");
     if (dimension && *dimension != 3)
-        d.tell(group + "/spacedim",
-               std::to_string(*dimension) + (*dimension == 2 ? " (a plane problem)" : ""), "3");
+        d.report(group + "/spacedim",
+                 std::to_string(*dimension) + (*dimension == 2 ? " (a plane problem)" : ""), "3");
     const auto q = d.vector(group + "/vectors/" + q_name, kAnySize);
     const auto mu = d.vector(group + "/vectors/mu", kAnySize);
     if (q && mu && d.count_issues() == before && q->size() != 3 * mu->size())
-        d.tell(group + "/vectors/" + q_name, count(static_cast<std::size_t>(q->size())),
-               "3 per contact: " + std::to_string(3 * mu->size()));
+        d.report(group + "/vectors/" + q_name, count(static_cast<std::size_t>(q->size())),
+                 "3 per contact: " + std::to_string(3 * mu->size()));
     if (d.count_issues() > before) return {};
     if (q->size() > std::numeric_limits<std::int32_t>::max()) {
-        d.tell(group + "/vectors/" + q_name, count(static_cast<std::size_t>(q->size())),
-               "<= 2147483647 values");
+        d.report(group + "/vectors/" + q_name, count(static_cast<std::size_t>(q->size())),
+                 "<= 2147483647 values");
         return {};
     }
     return Laws{*q, *mu};
@@ -395,10 +395,10 @@ FclibSolution solution(Datasets& d, const std::string& group, Eigen::Index rows,
         if (!d.has(group + "/" + name)) return v;
         if (const auto found = d.vector(group + "/" + name, kAnySize)) {
             if (found->size() != 0 && size != kAnySize && found->size() != size)
-                d.tell(group + "/" + name, count(static_cast<std::size_t>(found->size())),
-                       std::to_string(size));
+                d.report(group + "/" + name, count(static_cast<std::size_t>(found->size())),
+                         std::to_string(size));
             else if (!found->allFinite())
-                d.tell(group + "/" + name, "a number that is not finite", "finite");
+                d.report(group + "/" + name, "a number that is not finite", "finite");
             else
                 v = *found;
         }
@@ -422,7 +422,7 @@ template <class Problem> void check_rest(Datasets& d, const Problem& p, const st
     for (const Issue& issue : issues(p)) {
         const bool is_matrix =
             !issue.place.empty() && std::string("WMHG").find(issue.place[0]) != std::string::npos;
-        d.tell(group + (is_matrix ? "/" : "/vectors/") + issue.place, issue.found, issue.allowed);
+        d.report(group + (is_matrix ? "/" : "/vectors/") + issue.place, issue.found, issue.allowed);
     }
 }
 
@@ -434,8 +434,8 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
     FclibProblem p;
     const bool is_local = d.has_group("fclib_local"), is_global = d.has_group("fclib_global");
     if (is_local == is_global) {
-        d.tell("", is_local ? "a local and a global problem" : "no contact problem",
-               is_local ? "one of them" : "a group fclib_local or fclib_global");
+        d.report("", is_local ? "a local and a global problem" : "no contact problem",
+                 is_local ? "one of them" : "a group fclib_local or fclib_global");
         d.throw_issues();
     }
     ContactLevel level =
@@ -443,8 +443,8 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
     if (d.has("amontons/level")) {
         const std::string found = d.text_of("amontons/level");
         if (found != "position" && found != "velocity")
-            d.tell("amontons/level", quoted_text(found), "position, velocity");
-        p.says_level = true;
+            d.report("amontons/level", quoted_text(found), "position, velocity");
+        p.has_level = true;
         if (found == "position") level = ContactLevel::position;
     }
     const std::string group = is_local ? "fclib_local" : "fclib_global";
@@ -473,23 +473,23 @@ FclibProblem fclib_problem(const std::vector<NamedArray>& arrays, const std::str
     }
     if (d.has("guesses/number_of_guesses")) {
         const std::optional<int> n = d.integer("guesses/number_of_guesses");
-        if (n && *n < 0) d.tell("guesses/number_of_guesses", std::to_string(*n), ">= 0");
+        if (n && *n < 0) d.report("guesses/number_of_guesses", std::to_string(*n), ">= 0");
         for (int k = 1; n && k <= *n; ++k) {
             const std::string guess = "guesses/" + std::to_string(k);
             if (!d.has_group(guess)) {
-                d.tell(guess, "no such group",
-                       "as many as number_of_guesses states: " + std::to_string(*n));
+                d.report(guess, "no such group",
+                         "as many as number_of_guesses states: " + std::to_string(*n));
                 break;
             }
             p.guesses.push_back(solution(d, guess, rows, bilateral, dofs));
             if (is_empty(p.guesses.back()) && rows + std::max<Eigen::Index>(dofs, 0) > 0)
-                d.tell(guess, "no numbers in u, v and r", "a state of the problem");
+                d.report(guess, "no numbers in u, v and r", "a state of the problem");
         }
     }
     if (d.has("amontons/contact"))
         if (const std::vector<std::int32_t>* identity = d.integers("amontons/contact")) {
             if (static_cast<Eigen::Index>(identity->size()) != contacts)
-                d.tell("amontons/contact", count(identity->size()), std::to_string(contacts));
+                d.report("amontons/contact", count(identity->size()), std::to_string(contacts));
             p.identity = *identity;
         }
     d.throw_issues();

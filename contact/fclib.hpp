@@ -14,7 +14,7 @@ namespace amontons {
 struct FclibSolution {
     Eigen::VectorXd r; ///< reaction, rows of the problem [N or N s]
     Eigen::VectorXd u; ///< gap and slip, rows [m or m/s]
-    Eigen::VectorXd v; ///< motion of the bodies, dofs of a global problem
+    Eigen::VectorXd v; ///< motion of the bodies, dofs of a global problem [m or m/s]
 };
 
 /// What a file holds: a local problem (W, q, mu) or a global one (M, H, f, w, mu).
@@ -32,11 +32,11 @@ struct FclibProblem {
     /// What each contact is to those who wrote the file, per contact; empty if the file has none.
     /// Ours: dataset /amontons/contact, so that steps can be matched.
     std::vector<std::int32_t> identity;
-    bool says_level = false; ///< the level is the file's (/amontons/level); else velocities
+    bool has_level = false; ///< the level is the file's (/amontons/level); else velocities
     std::string title, description, math_info;
 };
 
-/// Share of entries above which W is made dense [-].
+/// Share of entries other than zero above which W is stored as a dense matrix [-].
 constexpr double kFclibDense = 0.35;
 
 /// The groups of a file that FCLib or we use, separated by spaces.
@@ -58,9 +58,9 @@ struct FclibForm {
     std::vector<Eigen::Index> rows; ///< those of the original's rows in it, increasing
 };
 
-/// Gives frictionless contacts of one row two more, in which nothing acts: q = 0, friction 0, and
-/// of W the contact's own normal entry on the diagonal. A reaction of the form, taken in `rows`,
-/// is one of the original.
+/// Adds two rows without force to each frictionless contact of one row: q = 0, friction 0, and in W
+/// the contact's own normal entry on the diagonal. The rows `rows` of a reaction of this form are a
+/// reaction of the original.
 /// @throws InputError  a matrix-free W, which no file holds
 FclibForm fclib_form(const ContactProblem& problem);
 

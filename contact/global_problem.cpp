@@ -24,7 +24,7 @@ namespace {
 using Permutation = Eigen::PermutationMatrix<Eigen::Dynamic, Eigen::Dynamic, int>;
 
 constexpr const char* kGlobalProblem = "global contact problem"; // stands where a file name would
-/// A pivot below this times its diagonal entry is what round-off leaves of zero.
+/// A pivot below this times its diagonal entry is zero up to round-off.
 constexpr double kPivot = 64 * std::numeric_limits<double>::epsilon();
 
 std::string sparse_size_text(const Eigen::SparseMatrix<double>& A)
@@ -46,7 +46,7 @@ double asymmetry(const Eigen::SparseMatrix<double>& M)
     return (scaled - Eigen::SparseMatrix<double>(scaled.transpose())).norm() / scaled.norm();
 }
 
-/// Unknowns that hang together in M carry the same number.
+/// Numbers of the connected components of M's graph, one for each unknown.
 std::vector<int> components(const Eigen::SparseMatrix<double>& M)
 {
     std::vector<int> root(static_cast<std::size_t>(M.rows()));
@@ -69,8 +69,8 @@ std::vector<int> components(const Eigen::SparseMatrix<double>& M)
     return root;
 }
 
-/// How many entries W can have: two rows meet where they touch the same component of M. Counted
-/// where that is quick, else an upper bound.
+/// How many entries W can have: two rows are coupled where they touch the same component of M.
+/// Counted where that is quick, else an upper bound.
 double predicted_entries(const Eigen::SparseMatrix<double>& M, const Eigen::SparseMatrix<double>& H)
 {
     constexpr double kQuick = 1e8;
@@ -132,39 +132,39 @@ Permutation order(const Eigen::SparseMatrix<double>& M, const Eigen::SparseMatri
 std::vector<Issue> issues(const GlobalProblem& p)
 {
     std::vector<Issue> found;
-    const auto tell = [&](std::string place, std::string what, std::string allowed) {
+    const auto report = [&](std::string place, std::string what, std::string allowed) {
         found.push_back({kGlobalProblem, std::move(place), std::move(what), std::move(allowed)});
     };
     const Eigen::Index dofs = p.M.rows();
     const Eigen::Index n = p.mu.size();
     if (!p.kind.empty() && static_cast<Eigen::Index>(p.kind.size()) != n) {
-        tell("kind", std::to_string(p.kind.size()) + " entries",
-             "none, or one per contact: " + std::to_string(n));
+        report("kind", std::to_string(p.kind.size()) + " entries",
+               "none, or one per contact: " + std::to_string(n));
         return found;
     }
     ContactProblem laws;
     laws.mu = p.mu;
     laws.kind = p.kind;
     const Eigen::Index rows = row_offsets(laws).back();
-    if (p.M.cols() != dofs) tell("M", sparse_size_text(p.M), "a square matrix");
+    if (p.M.cols() != dofs) report("M", sparse_size_text(p.M), "a square matrix");
     if (p.H.rows() != dofs || p.H.cols() != rows)
-        tell("H", sparse_size_text(p.H), std::to_string(dofs) + " x " + std::to_string(rows));
+        report("H", sparse_size_text(p.H), std::to_string(dofs) + " x " + std::to_string(rows));
     if (p.f.size() != dofs)
-        tell("f", std::to_string(p.f.size()) + " entries", std::to_string(dofs));
+        report("f", std::to_string(p.f.size()) + " entries", std::to_string(dofs));
     if (p.w.size() != rows)
-        tell("w", std::to_string(p.w.size()) + " entries", std::to_string(rows));
+        report("w", std::to_string(p.w.size()) + " entries", std::to_string(rows));
     const char* number = "a number that is not finite";
     if (!all_finite(p.M))
-        tell("M", number, "finite");
+        report("M", number, "finite");
     else if (p.M.cols() == dofs)
         if (const double skew = asymmetry(p.M); skew > kMaxBodyAsymmetry)
-            tell("M", "asymmetry |M - M^T| / |M| = " + number_text(skew),
-                 "<= " + number_text(kMaxBodyAsymmetry) + ", both triangles stored");
-    if (!all_finite(p.H)) tell("H", number, "finite");
-    if (!p.f.allFinite()) tell("f", number, "finite");
-    if (!p.w.allFinite()) tell("w", number, "finite");
+            report("M", "asymmetry |M - M^T| / |M| = " + number_text(skew),
+                   "<= " + number_text(kMaxBodyAsymmetry) + ", both triangles stored");
+    if (!all_finite(p.H)) report("H", number, "finite");
+    if (!p.f.allFinite()) report("f", number, "finite");
+    if (!p.w.allFinite()) report("w", number, "finite");
     if (!(p.mu.array() >= 0).all() || !p.mu.allFinite())
-        tell("mu", "a number that is negative or not finite", "finite, >= 0");
+        report("mu", "a number that is negative or not finite", "finite, >= 0");
     return found;
 }
 

@@ -21,11 +21,11 @@ struct GlobalProblem {
     ContactLevel level = ContactLevel::position;
 };
 
-/// |M - M^T| / |M| above which M is refused; below, its symmetric part is taken. Ratio.
+/// |M - M^T| / |M| above which M is refused; below it, its symmetric part is used (ratio).
 constexpr double kMaxBodyAsymmetry = 1e-8;
 
-/// What makes the problem meaningless, but for whether M is positive definite: only its factor
-/// reports. Empty if nothing.
+/// Faults of the problem, empty if there are none. Whether M is positive definite is found only by
+/// its factor, in CondensedProblem.
 std::vector<Issue> issues(const GlobalProblem& problem);
 
 /// How a global problem is condensed.
@@ -41,7 +41,7 @@ struct CondenseOptions {
 ///
 /// W is sparse where bodies touch few others, dense where one body carries most contacts, and a
 /// function (with the contacts' own blocks exact) where a matrix would need too much memory. The
-/// share of entries is predicted from which unknowns hang together in M, before anything is
+/// share of entries is predicted from the connected components of M's graph, before anything is
 /// factored.
 class CondensedProblem {
 public:

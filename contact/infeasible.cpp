@@ -14,7 +14,7 @@ constexpr double kShare = 1e-6;
 /// Shift of the inverse iteration over the mean diagonal: three steps bring any part with an
 /// eigenvalue above 1e-6 of the mean below round-off.
 constexpr double kDiagonalShift = 1e-12;
-/// Growth that is felt by more than this share of its size is no recession direction.
+/// Growth that W changes by more than this share of its size is no recession direction.
 constexpr double kUnfelt = 1e-2;
 constexpr double kProofRoundOff = 200 * kEpsilon;
 
@@ -55,7 +55,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
             d = next / size;
         }
     }
-    d = (d.array() > kShare).select(d, 0); // the judgement below is on what is left
+    d = (d.array() > kShare).select(d, 0); // the tests below use the remaining direction
 
     full(rows) = d;
     const Eigen::VectorXd felt = problem.W.transpose_times(full);

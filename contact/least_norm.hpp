@@ -10,8 +10,8 @@ namespace amontons {
 /// slide keep the direction of their friction, those that are open stay without a force. A dense W
 /// only.
 /// @param r  solves the problem
-/// @return   nothing where the least of those breaks a contact's law: then another set of contacts
-///           acts, and which is no question of linear algebra
+/// @return   nothing where the least of those violates a contact's law: the least norm then has
+///           another active set, which linear algebra alone does not find
 std::optional<Eigen::VectorXd> least_norm_of_same_motion(const ContactProblem& problem,
                                                          const Eigen::VectorXd& r);
 

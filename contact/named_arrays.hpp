@@ -7,7 +7,7 @@
 #include <vector>
 
 // The contents of a file of arrays, as plain memory: what crosses the border to the module that
-// knows HDF5, and the process in which it reads.
+// that uses HDF5, and the process in which it reads.
 
 namespace amontons {
 

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// The shortest text that reads back as the same double.
+/// A number with six significant digits, as messages print it.
 inline std::string number_text(double value)
 {
     std::ostringstream out;

@@ -181,7 +181,7 @@ std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem
 
     std::vector<ProblemPart> parts;
     std::vector<int> part_of(static_cast<std::size_t>(n), -1);
-    std::vector<char> acts; // of each part: r = 0 does not do
+    std::vector<char> acts; // of each part: r = 0 is not its solution
     for (int i = 0; i < n; ++i) {
         int& own = part_of[static_cast<std::size_t>(groups.find(i))];
         if (own < 0) {
@@ -208,7 +208,7 @@ std::optional<std::vector<ProblemPart>> take_apart(const ContactProblem& problem
             extract(problem, parts[k], place);
             acting.push_back(std::move(parts[k]));
         }
-    // The small ones first: what takes long must not keep them waiting.
+    // The small ones first, so that they do not wait for long ones.
     std::stable_sort(acting.begin(), acting.end(), [](const ProblemPart& a, const ProblemPart& b) {
         return a.rows.size() < b.rows.size();
     });

@@ -17,7 +17,7 @@ std::string size_text(Eigen::Index rows, Eigen::Index columns)
 }
 
 /// The first few places are reported one by one; thousands of NaN are one fault, not thousands.
-constexpr int kToldOneByOne = 10;
+constexpr int kReportedOneByOne = 10;
 
 /// Of a W of bodies: are all rows of a contact on the same bodies, one after the other?
 bool rows_stay_together(const ContactProblem& problem)
@@ -53,57 +53,57 @@ std::vector<int> row_offsets(const ContactProblem& problem)
 std::vector<Issue> issues(const ContactProblem& problem)
 {
     std::vector<Issue> found;
-    const auto tell = [&](std::string place, std::string what, std::string allowed) {
+    const auto report = [&](std::string place, std::string what, std::string allowed) {
         found.push_back({kProblem, std::move(place), std::move(what), std::move(allowed)});
     };
 
     const Eigen::Index n = problem.mu.size();
     if (!problem.kind.empty() && static_cast<Eigen::Index>(problem.kind.size()) != n) {
-        tell("kind", std::to_string(problem.kind.size()) + " entries",
-             "none, or one per contact: " + std::to_string(n));
+        report("kind", std::to_string(problem.kind.size()) + " entries",
+               "none, or one per contact: " + std::to_string(n));
         return found;
     }
     const Eigen::Index rows = row_offsets(problem).back();
     if (problem.q.size() != rows)
-        tell("q", std::to_string(problem.q.size()) + " rows", std::to_string(rows));
+        report("q", std::to_string(problem.q.size()) + " rows", std::to_string(rows));
     if (problem.W.rows() != rows || problem.W.cols() != rows)
-        tell("W", size_text(problem.W.rows(), problem.W.cols()), size_text(rows, rows));
+        report("W", size_text(problem.W.rows(), problem.W.cols()), size_text(rows, rows));
 
-    int told = 0;
-    for (Eigen::Index i = 0; i < n && told < kToldOneByOne; ++i)
+    int reported = 0;
+    for (Eigen::Index i = 0; i < n && reported < kReportedOneByOne; ++i)
         if (!(problem.mu[i] >= 0) || !std::isfinite(problem.mu[i])) {
-            tell("mu[" + std::to_string(i) + "]", number_text(problem.mu[i]), "finite, >= 0");
-            ++told;
+            report("mu[" + std::to_string(i) + "]", number_text(problem.mu[i]), "finite, >= 0");
+            ++reported;
         }
-    told = 0;
-    for (Eigen::Index i = 0; i < problem.q.size() && told < kToldOneByOne; ++i)
+    reported = 0;
+    for (Eigen::Index i = 0; i < problem.q.size() && reported < kReportedOneByOne; ++i)
         if (!std::isfinite(problem.q[i])) {
-            tell("q[" + std::to_string(i) + "]", number_text(problem.q[i]), "finite");
-            ++told;
+            report("q[" + std::to_string(i) + "]", number_text(problem.q[i]), "finite");
+            ++reported;
         }
     if (problem.W.rows() != problem.W.cols()) return found;
     if (problem.W.is_matrix_free() && problem.W.matrix_free().blocks.rows() != rows) {
-        tell("W",
-             "own blocks of " + std::to_string(problem.W.matrix_free().blocks.rows()) + " rows",
-             std::to_string(rows));
+        report("W",
+               "own blocks of " + std::to_string(problem.W.matrix_free().blocks.rows()) + " rows",
+               std::to_string(rows));
         return found;
     }
     if (problem.W.is_of_bodies() && !rows_stay_together(problem)) {
-        tell("W", "rows of a contact on different bodies", "one after the other on the same");
+        report("W", "rows of a contact on different bodies", "one after the other on the same");
         return found;
     }
     const double measure = problem.W.asymmetry();
     if (measure > kMaxAsymmetry)
-        tell("W", "asymmetry |W - W^T| / |W| = " + number_text(measure),
-             "<= " + number_text(kMaxAsymmetry));
+        report("W", "asymmetry |W - W^T| / |W| = " + number_text(measure),
+               "<= " + number_text(kMaxAsymmetry));
     // A finite measure needs finite entries: the search for others is for the report only.
     if (std::isfinite(measure)) return found;
-    told = 0;
+    reported = 0;
     const auto look = [&](Eigen::Index i, Eigen::Index j, double value) {
-        if (std::isfinite(value) || told == kToldOneByOne) return;
-        tell("W(" + std::to_string(i) + ", " + std::to_string(j) + ")", number_text(value),
-             "finite");
-        ++told;
+        if (std::isfinite(value) || reported == kReportedOneByOne) return;
+        report("W(" + std::to_string(i) + ", " + std::to_string(j) + ")", number_text(value),
+               "finite");
+        ++reported;
     };
     if (problem.W.is_dense()) {
         for (Eigen::Index j = 0; j < problem.W.cols(); ++j)
@@ -114,7 +114,7 @@ std::vector<Issue> issues(const ContactProblem& problem)
             for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), j); it; ++it)
                 look(it.row(), j, it.value());
     } else {
-        tell("W", "a product with a number that is not finite", "finite");
+        report("W", "a product with a number that is not finite", "finite");
     }
     return found;
 }

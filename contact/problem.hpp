@@ -10,7 +10,7 @@
 
 namespace amontons {
 
-/// The law of a contact: three rows with friction, one without, three bilateral ones.
+/// The law of a contact and its number of rows.
 enum class ContactKind {
     frictional,   ///< 3 rows (n, t1, t2): Signorini and Coulomb
     frictionless, ///< 1 row (n): Signorini, 0 <= u ⟂ r >= 0
@@ -28,16 +28,16 @@ inline int rows_of(ContactKind kind)
 
 /// W, q, mu: the letters are those of FCLib. The rows follow the contacts in order.
 struct ContactProblem {
-    Delassus W;                    ///< rows x rows [m/N]: dense, sparse or a function; may be
+    Delassus W;                    ///< rows x rows [m/N or 1/kg], in any form of Delassus; may be
                                    ///< semidefinite, and unsymmetric up to kMaxAsymmetry
-    Eigen::VectorXd q;             ///< gap and slip of the free motion, rows [m]
+    Eigen::VectorXd q;             ///< gap and slip of the free motion, rows [m or m/s]
     Eigen::VectorXd mu;            ///< friction coefficient per contact, n [-], >= 0
     std::vector<ContactKind> kind; ///< per contact; empty: all frictional
     ContactLevel level = ContactLevel::position; ///< sets the units; the algebra is the same
 };
 
-/// |W - W^T| / |W| above which W is refused: reciprocity is then violated by more than the
-/// round-off of a condensation (ratio).
+/// |W - W^T| / |W| (Delassus::asymmetry) above which W is refused: reciprocity is then violated by
+/// more than the round-off of a condensation (ratio).
 constexpr double kMaxAsymmetry = 1e-2;
 
 /// Number of contacts.

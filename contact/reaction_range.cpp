@@ -14,8 +14,8 @@
 //     0 <= theta <= 1,   lambda >= 0,   lower <= s <= upper.
 //
 // Each r within the cones is one of these with theta = 1, and d = 0 is a vertex to begin with: all
-// slacks are basic. Cones stand in it by their rays, one of 64 beside the best of them where a ray
-// would enter.
+// slacks are basic. Cones are represented by their rays, one of 64 beside the best of them where a
+// ray would enter.
 
 namespace amontons {
 namespace {
@@ -26,11 +26,11 @@ constexpr double kSmallPivot = 1e-11;  // entries that do not block, of the larg
 constexpr double kRelax = 1e-4;        // of a slack's bounds, by which the ratio test exceeds
 constexpr double kRelaxRay = 1e-12;    // of the rest
 constexpr int kCheck = 100;            // pivots
-constexpr double kInconsistent = 1e-3; // of bounds, that pivots have lost: all is made anew
-constexpr double kHoldsNothing = 1e-6; // singular values of K below this hold nothing
+constexpr double kInconsistent = 1e-3; // of bounds: with a larger error the inverse is made anew
+constexpr double kHoldsNothing = 1e-6; // singular values of K below this count as zero
 constexpr int kRangeRefinements = 4;
-constexpr double kLeft = 1e-9;     // of c: what tolerances need not hold, that of round-off
-constexpr double kViolated = 1e-2; // of bounds: an answer that misses them by more is none
+constexpr double kLeft = 1e-9;     // of c: a remainder of this size is round-off
+constexpr double kViolated = 1e-2; // of bounds: a larger violation is no solution
 
 } // namespace
 
@@ -176,7 +176,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
         if (work < 0) return End::no_work;
         if (now_ - begun >= enough) return End::enough;
 
-        // What a unit of each variable that is not basic gains; of a slack all that it can.
+        // ---- The variable that enters: with y the multipliers of the rows, c - K^T y is the gain
+        // of a unit of each variable that is not basic; of a slack the gain over its whole range
         Eigen::VectorXd y = Eigen::VectorXd::Zero(m);
         for (Eigen::Index k = 0; k < m; ++k)
             if (const double own = value_of(basic_[std::size_t(k)], c); own != 0)
@@ -217,8 +218,8 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
             if (!signless_basic_[std::size_t(j)]) offer(row(Variable::signless, j), gain[j], 1);
         if (rate == 0) return End::optimum;
 
-        // How far it may go, and what blocks it: of those that do about first, the one with the
-        // largest pivot (Harris).
+        // ---- The step, and the variable that leaves: of those that reach a bound about first,
+        // within relaxed bounds, the one with the largest pivot (Harris)
         const double sign = rate > 0 ? 1 : -1;
         Eigen::VectorXd w = Eigen::VectorXd::Zero(m);
         for_column(enters, [&](Eigen::Index i, double v) { w += v * inverse_.col(i); });
@@ -249,6 +250,7 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
         }
         if (!std::isfinite(step) || now_ + std::abs(rate) * step > beyond_) return End::no_bound;
 
+        // ---- The new values, and the exchange in the basis by a product of elementary matrices
         now_ += std::abs(rate) * step;
         basic_value_ -= sign * step * w;
         const double from = enters.kind == Variable::slack   ? slack_[std::size_t(enters.index)]
@@ -309,7 +311,7 @@ double ReactionRange::reached(const Eigen::VectorXd& c) const
     return sum;
 }
 
-/// No basic variable is beyond its bounds by more than what intervals are asked to.
+/// No basic variable violates its bounds by more than the accuracy of the intervals.
 bool ReactionRange::is_within_bounds() const
 {
     for (std::size_t k = 0; k < basic_.size(); ++k) {

@@ -25,35 +25,38 @@ struct ReactionSet {
         double direction[2] = {0, 0}; ///< then: r_t / r_n (ratio)
     };
     std::vector<Contact> contact;
-    Delassus::Sparse K; ///< what is judged x (reactions, then motions), entries of about 1
-    Eigen::VectorXd lower, upper; ///< of its rows, <= 0 and >= 0
-    Eigen::VectorXd found;        ///< reactions
+    /// One row for each bound, one column for each reaction, then for each motion; scaled to
+    /// entries of about 1.
+    Delassus::Sparse K;
+    Eigen::VectorXd lower, upper; ///< of the rows of K, <= 0 and >= 0
+    Eigen::VectorXd found;        ///< the reactions that were found, one for each row of contacts
 };
 
-/// An end that is not finite: there is none.
+/// The interval of a linear function c . r over a ReactionSet.
 struct ReactionInterval {
-    /// Bounds of the reaction [N or N s]; infinite: none.
+    /// Its ends [unit of c . r]; infinite where the set does not bound it.
     double min = 0, max = 0;
-    bool certain =
-        true; ///< false: the work allowed did not suffice, the ends may lie farther apart
+    /// False: the permitted work did not suffice; the true ends may lie farther apart.
+    bool certain = true;
 };
 
-/// Answers for one set, each from where the last one ended. A simplex method of the revised form,
-/// with bounds; of a cone it makes columns as it needs them, in 64 directions (0.12 % of the
-/// friction).
+/// Intervals over one set, each linear program started from the basis of the one before. The
+/// revised simplex method with bounds; columns of a cone are generated as needed, in 64 directions
+/// (an error of 0.12 % of the friction).
 class ReactionRange {
 public:
-    /// @param beyond  values above this are no bound
+    /// @param beyond  a c . r that grows above this counts as unbounded [unit of c . r]
     ReactionRange(const ReactionSet& set, double beyond);
 
-    /// No interval of c . r is wider, by the bounds of K x alone: infinite where they do not hold
-    /// it.
-    /// @param c  of the reactions [unit of c . r].
+    /// An upper bound on the width of interval(c), by the bounds of K x alone [unit of c . r];
+    /// infinite where these do not bound c . r.
+    /// @param c  one coefficient for each reaction
     double widest(const Eigen::VectorXd& c) const;
 
-    /// Where c . r lies. @param enough  a width at which the answer may stand: both ends are
-    /// reached by some r then, others may lie beyond. @param work  multiplications that are left,
-    /// lessened
+    /// The interval of c . r.
+    /// @param work    multiplications that are permitted; reduced by those that were used
+    /// @param enough  the search may end at an interval of this width, whose ends some r reach:
+    ///                others may lie beyond
     ReactionInterval interval(const Eigen::VectorXd& c, std::int64_t& work,
                               double enough = std::numeric_limits<double>::infinity());
 

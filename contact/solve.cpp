@@ -48,7 +48,7 @@ Eigen::VectorXd start(const ContactProblem& problem, const Eigen::VectorXd& warm
     const Eigen::VectorXd zero = Eigen::VectorXd::Zero(problem.q.size());
     if (warm_start.size() == 0) return zero;
 
-    // All rows count here: what the two starts leave open differs, and must not be the judge.
+    // All rows count here: the open contacts of the two starts differ.
     const NaturalMapError error(problem, ErrorScope::all_rows);
     Eigen::VectorXd r = warm_start;
     for (int i = 0; i < contact_count(problem); ++i) {
@@ -72,7 +72,7 @@ Eigen::VectorXd start(const ContactProblem& problem, const Eigen::VectorXd& warm
 SolverRun run_plain(const ContactProblem& problem, SolverOptions options, Eigen::VectorXd start,
                     bool warm)
 {
-    // Its sweeps and steps are of many kinds: that one kind does not help gives little information.
+    // It has several methods: stagnation of one of them is no reason to stop.
     if (options.solver == ContactSolver::automatic)
         options.patience =
             kWaysOfAutomatic *
@@ -185,8 +185,7 @@ InfeasibilityProof proof_of_whole(const ContactProblem& whole, const ProblemPart
     return proof;
 }
 
-/// Solves the parts one by one; where they do not do in the scale of the whole, again and
-/// closer.
+/// Solves the parts one by one; again, to a smaller error, where that of the whole is too large.
 SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>& parts,
                     const SolverOptions& options, const Eigen::VectorXd& start, double at_start)
 {
@@ -238,7 +237,7 @@ SolverRun run_parts(const NaturalMapError& error, const std::vector<ProblemPart>
 
 /// Solves again with W + alpha: among the reactions that W does not distinguish, alpha prefers the
 /// least (Tikhonov). alpha |r| is a tenth of the tolerance, and the second solve close enough to
-/// feel it.
+/// depend on it.
 void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
                  const Stopwatch& clock, SolverRun& outcome)
 {
@@ -293,7 +292,7 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
     const double at_start = error(r, u);
     const bool may_shrink = options.least_norm && !r.isZero(0);
     if (at_start <= error.threshold(r, u, options.tolerance) && !may_shrink) {
-        // Nothing to do: no contact closes, or all is known.
+        // No work: no contact closes, or the start is the solution.
         ContactSolution solution;
         solution.certificate = certify(error, r, options.tolerance, solution.u);
         solution.certificate.solver = options.solver;
@@ -315,11 +314,11 @@ ContactSolution solve_in_range(const ContactProblem& problem, const SolverOption
     solution.certificate = certify(error, outcome.reaction, options.tolerance, solution.u);
     Certificate& c = solution.certificate;
     if (!is_solved(c.status) && !(c.error <= at_start)) {
-        // A solver that leaves its start behind may end worse than it began.
+        // A solver may end with a larger error than it began with.
         c = certify(error, r, options.tolerance, solution.u);
         outcome.reaction = std::move(r);
     }
-    // A solver may end early, never declare success.
+    // Success is decided by the certificate, not by the solver.
     if (!is_solved(c.status) && outcome.status != SolveStatus::converged) c.status = outcome.status;
     c.proof = std::move(outcome.proof);
     c.solver = options.solver;
@@ -339,7 +338,7 @@ ContactSolution solve_in_units(const ContactProblem& problem, const Units& units
     const ContactProblem inner = in_units(problem, units);
     ContactSolution solution = solve_in_range(inner, options, times_power(warm_start, -force));
     solution.reaction = times_power(solution.reaction, force);
-    // No double holds the reaction of a large gap with a small W.
+    // The reaction of a large gap with a small W may be out of the range of doubles.
     if (!solution.reaction.allFinite()) solution.reaction.setZero();
     solution.u = times_power(inner.W * times_power(solution.reaction, -force) + inner.q, units.q);
 

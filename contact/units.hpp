@@ -7,15 +7,14 @@ namespace amontons {
 /// Units, powers of two, in which the numbers of a problem have squares and quotients that doubles
 /// can hold: W = 2^W W', q = 2^q q', r = 2^(q - W) r'.
 struct Units {
-    /// Powers of two by which W and q are multiplied.
+    /// Exponents: W = 2^W W', q = 2^q q'.
     int W = 0, q = 0;
     /// True if nothing is scaled.
     bool are_one() const { return W == 0 && q == 0; }
 };
 
-/// Those of the problem itself where its largest numbers are within 1e-60 .. 1e60; else units in
-/// which they are near one. O(rows) where the diagonal of a
-/// dense W is within.
+/// None (0, 0) where the largest numbers of the problem are within 1e-60 .. 1e60; else units in
+/// which they are near one. O(rows) where the diagonal of a dense W is within.
 Units units_of(const ContactProblem& problem);
 
 /// x 2^exponent; infinite or zero where that leaves the range of doubles.
@@ -28,8 +27,8 @@ ContactProblem in_units(const ContactProblem& problem, const Units& units);
 /// of friction above `most`: with r = D r' and u' = D u the law is Coulomb's with D_n mu. Empty
 /// where none is above, or W is matrix-free.
 ///
-/// Beyond, r_n = |r_t| / mu of a sliding contact is small beside all other forces, and whether it
-/// is there at all decides: smoothings round it off, and sweeps creep.
+/// With a larger mu, r_n = |r_t| / mu of a sliding contact is small beside all other forces, but
+/// the contact is open without it: smoothings lose it, and sweeps converge slowly.
 Eigen::VectorXd normal_units(const ContactProblem& problem, double most);
 
 /// The same problem, D W D, D q and D_n mu. Exact.

@@ -9,8 +9,8 @@ namespace amontons {
 /// The reaction of an earlier problem, given to the contacts of a later one by their identity.
 ///
 /// A contact that is new, or has another kind than before, starts at 0. Contacts that share an
-/// identity are matched in their order. The frames (n, t1, t2) are taken to be those of before:
-/// where they turn much from step to step, turn r first.
+/// identity are matched in their order. The frames (n, t1, t2) are assumed unchanged: where they
+/// rotate much from step to step, rotate r first.
 /// Cost: O(n log n).
 /// @param earlier_identity, identity  per contact, in any order
 /// @param r  reaction of the earlier problem, rows [N or N s]

@@ -168,8 +168,8 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
 
     // ---- Scheduler and memory
     if (options.scheduler) {
-        // First all there is, so that the loop's arrays have their pages whatever was written yet;
-        // what the simulation reserves later gets its own where it writes, not in one go.
+        // First all present pages, so that the loop's arrays have theirs even if they were not yet
+        // written; what the simulation reserves later gets its own where it writes, not in one go.
         if (options.own_process)
             malloc_trim(0); // addresses that the heap has reserved and not used are not locked
         run.locked = mlockall(MCL_CURRENT) == 0;
@@ -291,7 +291,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
             run.stopped = error.what();
         }
         if (published_now) {
-            // A simulation that is slower than it wants to be is not stale for that.
+            // A simulation slower than its set rate is not stale for that reason.
             const double now = clock_now();
             operators.back().period =
                 std::max(operators.back().period, std::min(now - published, kSlowest));

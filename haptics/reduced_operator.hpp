@@ -13,27 +13,27 @@
 
 namespace amontons {
 
-constexpr int kMostLooks = 24; ///< ahead, on a way
-constexpr int kMostWays = 6;   ///< of an operator
+constexpr int kMostPathSamples = 24; ///< samples on a path
+constexpr int kMostPaths = 6;        ///< paths of an operator
 
-/// Where a displacement lies among a way's looks: between sample - 1 (for 0: the pose itself) and
-/// look, with these weights.
+/// Linear interpolation between the samples of a path: between sample `look` - 1 (for 0: the pose
+/// itself) and sample `look`, with these weights.
 struct PathBlend {
-    /// Number of the sample before.
+    /// Number of the sample beyond the displacement.
     int look = 0;
-    /// Weights of the samples before and after.
+    /// Weights of sample look - 1 and of sample look.
     double before = 0, there = 0;
 };
 
-/// What q(d) and rest are beyond first order where the hand may go: with x the displacement and
-/// s = ahead . x, what they are at the samples, between them linear.
+/// Parts of q(d) and of `rest` beyond first order along a path that the hand may follow, at samples
+/// of s = ahead . x, x the displacement; linear between samples.
 struct SampledPath {
-    Vec6 ahead = Vec6::Zero();           ///< [1/m], [1/rad]
-    bool backwards = false;              ///< s < 0 counts, too: as on a circle
-    int looks = 0;                       ///< 0: nothing is known of it
-    std::array<double, kMostLooks> at{}; ///< s of them, rising, > 0 [-]
-    std::array<Wrench, kMostLooks> rest;
-    std::vector<Vec3> bend; ///< of q: kMostLooks of each contact [m]
+    Vec6 ahead = Vec6::Zero();                 ///< [1/m], [1/rad]
+    bool backwards = false;                    ///< s < 0 counts, too: as on a circle
+    int looks = 0;                             ///< number of samples; 0: none
+    std::array<double, kMostPathSamples> at{}; ///< s of them, rising, > 0 [-]
+    std::array<Wrench, kMostPathSamples> rest;
+    std::vector<Vec3> bend; ///< of q: kMostPathSamples of each contact [m]
 };
 
 /// A contact that is closed, or may close before the next operator comes.
@@ -79,16 +79,16 @@ template <class Real> struct ReducedOperator {
     double compliance = 1; ///< trace(W) / 3n [m/N]
     double length = 1;     ///< [m]
 
-    /// What the handle feels besides the contacts' J^T r: at the pose, and by which it falls with
-    /// the handle's displacement from there. A handle that hangs on nothing but contacts: zero.
+    /// Force on the handle besides the contacts' J^T r: at the pose, and the stiffness by which it
+    /// decreases with the handle's displacement. Zero for a handle on which only contacts act.
     Wrench rest;
     Mat6 stiffness = Mat6::Zero(); ///< [N/m], [N], [N m/rad]
-    /// Where the hand may go, first where it is going: those in use, and memory for as many as were
-    /// needed so far.
+    /// Paths that the hand may follow, the present direction first: the number in use, and memory
+    /// for as many as were needed so far.
     int ways = 0;
     std::vector<SampledPath> way;
-    /// Where the body in the hand loses its stability on the way: s of way[0] from which on
-    /// after[0] holds, whatever s is later; infinite: nowhere.
+    /// The s of way[0] at which the body in the hand loses its stability; from then on after[0] is
+    /// used, whatever s is later. Infinite: it stays stable.
     double jump_at = std::numeric_limits<double>::infinity();
     std::vector<ReducedOperator> after; ///< none until one was needed, then one, of this capacity
 

@@ -22,10 +22,10 @@ Percentiles percentiles(std::vector<double> numbers);
 struct HapticSummary {
     double rate = 0; ///< ticks over the time they took [Hz]
     long ticks = 0;
-    /// Ticks that were not done when the next was due: by our own work; because the machine below
-    /// stood, which a virtual one books as processor time (half of the ticks that made as many
-    /// products or more took less than half a period); because they began late; because others had
-    /// the processor meanwhile.
+    /// Ticks that were not finished when the next was due, by cause: their own work; a pause of the
+    /// host, which a virtual machine counts as processor time (half of the ticks with as many
+    /// products or more took less than half a period); a late start; other processes on the
+    /// processor.
     long missed_compute = 0, missed_host = 0, missed_wake = 0, missed_preempted = 0;
     long longest_miss = 0;          ///< ticks left out in a row
     Percentiles compute, wake, cpu; ///< [s]

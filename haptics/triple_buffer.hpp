@@ -21,7 +21,7 @@ namespace amontons {
 /// swaps its own with the middle in one atomic step: no slot is seen by both. The exchange is
 /// acquire and release: what was written before publish() is seen after the fetch() that takes it,
 /// and the slot that comes back is no longer read. What is published twice between two fetches is
-/// met only the second time: the newest counts.
+/// read only the second time: the newest counts.
 template <class T> class TripleBuffer {
 public:
     /// Three copies, made here: where T holds its memory, nothing is allocated later.

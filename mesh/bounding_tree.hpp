@@ -35,7 +35,8 @@ public:
     /// good `near` takes: what is farther than that triangle is left out from the start.
     NearestTriangle nearest_within(const Vec3& x, std::int32_t near) const;
 
-    /// Triangles that a ball touches, some others near it, and nothing else of the surface.
+    /// The triangles that a ball touches, and possibly some others near it, replacing `triangles`.
+    /// @param centre, radius  [m]
     void within(const Vec3& centre, double radius, std::vector<std::int32_t>& triangles) const;
 
 private:

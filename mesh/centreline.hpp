@@ -19,7 +19,7 @@ struct CurvePoint {
     double slope = 0;              ///< d radius / ds [-]
 };
 
-/// Where on a centreline a point of space is nearest to it.
+/// The point of a centreline that is nearest to a point of space.
 struct CurveLocation {
     /// Number of the piece; -1: none.
     std::int32_t piece = -1;
@@ -80,8 +80,9 @@ public:
     /// Cost: about 50 ns for a few pieces, logarithmic-like in their number.
     CurveLocation nearest(const Vec3& x, std::int32_t hint) const;
 
-    /// No less than the distance from the curve, by one piece alone and without its functions of
-    /// angles [m]; infinity where that finds nothing: x is beside the piece, or it is a cubic.
+    /// An upper bound of the distance from the curve, from one piece alone and without
+    /// trigonometric functions [m]; infinity where there is none: x lies beyond the ends of the
+    /// piece, or it is a cubic.
     /// Cost: about 5 ns.
     double distance_bound(const Vec3& x, std::int32_t piece) const;
 

@@ -12,11 +12,12 @@
 
 namespace amontons {
 
-constexpr double kCoincident =
-    1e-9; ///< distance / diagonal: rounding of a file, not geometry (ratio)
-constexpr double kFlatTriangle =
-    1e-12; ///< height of a triangle / diagonal: its normal is noise (ratio)
-constexpr std::size_t kMostNamed = 3; ///< faults of one kind that are shown
+/// Vertices nearer than this part of the mesh's diagonal differ by the rounding of a file (ratio).
+constexpr double kCoincident = 1e-9;
+/// The normal of a triangle lower than this part of the diagonal is round-off (ratio).
+constexpr double kFlatTriangle = 1e-12;
+/// Faults of one kind that a message names; others are counted.
+constexpr std::size_t kMostNamed = 3;
 
 /// A vertex of a mesh.
 inline const Vec3& point_of(const SurfaceMesh& mesh, std::int32_t i)

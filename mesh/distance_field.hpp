@@ -21,12 +21,13 @@ public:
     /// @param edges  columns: the steps of the grid, orthogonal and of one length [m]
     virtual void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const = 0;
 
-    /// The distance at one point, or no more than it [m]; -infinity where that takes as long as
+    /// A lower bound of the distance at one point [m]; -infinity where a bound takes as long as
     /// samples.
-    /// @param near  what an earlier call left for a point that was probably near, or -1
+    /// @param near  as an earlier call for a point near x returned it, or -1
     virtual double clearance(const Vec3& x, std::int32_t& near) const;
 
-    /// Of all that the samples depend on, but the grid; zero: they are not kept on disk.
+    /// Fingerprint of all that the samples depend on, except the grid; zero: they are not stored on
+    /// disk.
     virtual Hash128 fingerprint() const { return {}; }
 };
 
@@ -58,8 +59,8 @@ public:
     DistanceField& operator=(DistanceField&&) noexcept;
     ~DistanceField();
 
-    /// Another view of the same field. What one of them fills the others take; each may be used by
-    /// a thread of its own. The values are the same, whoever filled them.
+    /// Another view of the same field. Blocks filled through one view serve all; each view may be
+    /// used by a thread of its own. Values do not depend on which view filled a block.
     DistanceField share() const;
 
     /// Signed distance, normal and Hessian at x [m].
@@ -67,12 +68,12 @@ public:
     /// Signed distance at x [m].
     double distance(const Vec3& x, WallHint& hint) const;
 
-    /// As Wall's: of points in blocks that are not filled, and there only where it is above zero.
-    /// [m]
+    /// As Wall::clearance [m]; a bound only for x in blocks that are not filled, and only where it
+    /// is above zero, else -infinity.
     double clearance(const Vec3& x, WallHint& hint) const;
-    /// As Wall's: reads samples from the folder `cache`, if there are any.
+    /// As Wall::prepare: reads samples from the folder `cache`, if there are any.
     void prepare(const std::string& cache, int threads);
-    /// As Wall's: writes new samples to the cache. @returns  messages, one a line
+    /// As Wall::keep: writes new samples to the cache. @returns  messages, one a line
     std::vector<std::string> keep() const;
 
     double spacing() const { return spacing_; } ///< [m]

@@ -23,7 +23,8 @@ struct ExternalSurface {
     }
 };
 
-/// O(n) for a bounded number of elements at a node.
+/// The faces of a mesh that belong to one element only. O(n) for a bounded number of elements at a
+/// node.
 ExternalSurface extract_surface(const VolumeMesh& mesh);
 
 /// Any faces of a mesh as a surface, for example those of a named set.
@@ -52,12 +53,12 @@ struct SurfaceEdges {
     std::vector<SurfaceEdge> edges;   ///< by their nodes
     std::vector<CrowdedEdge> crowded; ///< not in `edges`
     std::int64_t borders = 0;         ///< edges of one face; a closed surface has none
-    int parts = 0;                    ///< that no edge connects
+    int parts = 0;                    ///< parts of the surface that no edge connects
     /// vertices - edges + faces, of the corners; 2 for each part that is a sphere
     std::int64_t euler_characteristic = 0;
 };
 
-/// O(n log n).
+/// The edges of a surface with the faces at each. O(n log n).
 /// @param places  of all nodes of the mesh [m]
 SurfaceEdges find_edges(const ExternalSurface& surface, std::span<const Vec3> places);
 
@@ -67,7 +68,7 @@ struct SurfaceIntegrals {
     Vec3 area_vector = Vec3::Zero(); ///< integral of the normal; 0 if closed [m^2]
     double volume = 0;               ///< integral of x . n / 3, enclosed if closed [m^3]
 };
-/// Area, volume and centre of mass enclosed by a surface.
+/// Area, area vector and enclosed volume of a surface.
 SurfaceIntegrals integrate(const ExternalSurface& surface, const VolumeMesh& mesh);
 
 /// The surface as flat triangles with the points `used_nodes`: four for a T10's face (through its

@@ -11,15 +11,15 @@
 
 namespace amontons {
 
-/// Kinds of faces, by their number of nodes: 3, 6 (triangles) and 4.
+/// Most nodes of a face; the kinds have 3 and 6 (triangles) and 4.
 constexpr int kMostSolidFaceNodes = 6;
 using FaceValues = Eigen::Matrix<double, Eigen::Dynamic, 1, 0, kMostSolidFaceNodes, 1>;
 using FaceGradients = Eigen::Matrix<double, 2, Eigen::Dynamic, 0, 2, kMostSolidFaceNodes>;
 
-/// @param nodes   3, 6 or 4
-/// @return        values, n [-], and derivatives, 2 x n [-]
+/// Values of the shape functions of a face, n [-].
+/// @param nodes  n: 3, 6 or 4
 FaceValues face_shape_values(int nodes, const Vec3& xi);
-/// Derivatives of the shape functions of a face by xi.
+/// Derivatives of the shape functions of a face by xi, 2 x n [-].
 FaceGradients face_shape_gradients(int nodes, const Vec3& xi);
 
 /// The same for loops that need both: N and its derivatives dx, dy, in arrays of `nodes` numbers.
@@ -61,8 +61,9 @@ std::span<const QuadraturePoint> face_points(int nodes);
 /// In the reference triangle, exact up to a total degree of 2, 4 or 5: 3, 6, 7 points.
 std::span<const QuadraturePoint> triangle_points(int degree);
 
-/// The same by Gauss's points along two axes of which one is drawn together at a corner:
-/// along x along of them, 2 to 12, exact up to a total degree of 2 along - 2.
+/// In the reference triangle, by Gauss's points on a square collapsed at one side into a corner
+/// (Duffy's map): along x along points, along from 2 to 12, exact up to a total degree of
+/// 2 along - 2.
 std::span<const QuadraturePoint> triangle_points_along(int along);
 
 /// In the reference square, 2 x 2 or 3 x 3: exact to degree 3 or 5 along each axis.

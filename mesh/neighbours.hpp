@@ -37,7 +37,7 @@ struct SortedFace {
     bool same_corners(const SortedFace& other) const { return corners == other.corners; }
 };
 
-/// Few numbers in ascending order (std::sort on so short an array only draws warnings).
+/// Sorts a few numbers, ascending (std::sort on so short an array causes warnings).
 inline void sort_few(std::span<std::int32_t> values)
 {
     for (std::size_t i = 1; i < values.size(); ++i)

@@ -34,8 +34,8 @@ void orient_parts(SurfaceMesh& mesh);
 Vec3 unit_normal(const SurfaceMesh& mesh, const std::array<std::int32_t, 3>& triangle);
 
 /// Volume inside a closed surface, > 0 if its normals point outwards [m^3]. Of an open one, the
-/// volume of the cones from its mean vertex: its sign shows towards which side the most of the
-/// surface looks.
+/// volume of the cones from its mean vertex: its sign shows to which side most of the surface
+/// faces.
 double enclosed_volume(const SurfaceMesh& mesh);
 
 } // namespace amontons

@@ -8,7 +8,7 @@
 
 namespace amontons {
 
-/// Where something lies: true inside.
+/// A part of space: true for places inside it.
 using Region = std::function<bool(const Vec3&)>;
 
 /// Length below which places of a mesh count as the same: 1e-6 of its diagonal, which numbers of

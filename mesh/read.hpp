@@ -11,8 +11,8 @@ namespace amontons {
 
 struct SizeSource;
 
-/// Reads a .vtp file, unscaled. Handed in from outside: VTK is a module that this room does not
-/// know. May throw InputError.
+/// Reads a .vtp file, unscaled. Passed in by the caller: VTK is a module on which this room does
+/// not depend. May throw InputError.
 using VtpReader = std::function<SurfaceMesh(const std::string& path)>;
 
 /// A surface from a file; the suffix (.stl .obj .ply .vtp, in any case) determines its format.

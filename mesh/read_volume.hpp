@@ -23,8 +23,8 @@ VolumeFile read_volume(const std::string& path, double scale);
 void write_volume(const std::string& path, const VolumeMesh& mesh, const GmshOptions& gmsh = {},
                   std::vector<std::string>* notes = nullptr);
 
-/// Whether write_volume knows the suffix.
-/// @throws InputError  if not
+/// Checks that write_volume knows the suffix.
+/// @throws InputError  if it does not
 void check_volume_suffix(const std::string& path);
 
 /// The file of elements beside a file of nodes: a.nodes, a.elements.

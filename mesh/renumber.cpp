@@ -52,7 +52,7 @@ Renumbering nested_dissection(const VolumeMesh& mesh)
         std::array<idx_t, METIS_NOPTIONS> options{};
         METIS_SetDefaultOptions(options.data());
         options[METIS_OPTION_SEED] = kSeed;
-        if (neighbours.empty()) { // METIS wants an edge
+        if (neighbours.empty()) { // METIS requires an edge
             std::iota(old_of_new.begin(), old_of_new.end(), idx_t{0});
         } else if (METIS_NodeND(&count, starts.data(), neighbours.data(), nullptr, options.data(),
                                 old_of_new.data(), new_of_old.data()) != METIS_OK) {

@@ -18,11 +18,11 @@ struct SurfaceRepair {
     std::int64_t turned = 0;       ///< triangles that faced the other side than their neighbours
     std::int64_t unused = 0;       ///< vertices of no triangle, left out
     std::int64_t turned_parts = 0; ///< parts whose every triangle faced the wrong side
-    bool turned_around = false;    ///< those are all that there are
+    bool turned_around = false;    ///< turned_parts are all parts of the surface
     std::int64_t closed_holes = 0; ///< by close_holes
 };
 
-/// A sentence for each kind of change, for people; empty if nothing was changed.
+/// A sentence for each kind of change, for messages; empty if nothing was changed.
 std::vector<std::string> sentences(const SurfaceRepair& repair);
 
 /// Mends what has one meaning only: vertices at the same place (exactly, or nearer than 1e-9 of
@@ -40,8 +40,8 @@ SurfaceRepair repair_surface(SurfaceMesh& mesh);
 std::int64_t close_holes(SurfaceMesh& mesh,
                          const std::function<bool(const BoundaryLoop&)>& which = {});
 
-/// Whether a hole is one that a mesh lacks triangles at, not one that was meant: of at most four
-/// edges, or of a length of at most `longest` [m].
+/// Whether a hole is probably a defect of the mesh, not an opening: it has at most four edges, or a
+/// length of at most `longest` [m].
 bool is_small_hole(const BoundaryLoop& hole, double longest);
 
 } // namespace amontons

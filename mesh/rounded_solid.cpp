@@ -119,7 +119,7 @@ RoundedSolid::RoundedSolid(const SurfaceMesh& surface, double width)
     , width_(width)
     , grid_(std::make_unique<Grid>())
 {
-    // Not through the surface's own corners: grids and surfaces like round numbers.
+    // Not through corners of the surface, whose coordinates often are round numbers.
     origin_ = surface.points.front() - width * Vec3(0.3137, 0.4241, 0.2713);
 }
 

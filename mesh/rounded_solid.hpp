@@ -31,12 +31,12 @@ public:
         Vec3 gradient = Vec3::Zero();
     };
 
-    /// Farther than about 7 widths from the surface: a distance of that size, without gradient.
-    /// Samples of the grid are taken where a place first needs them.
+    /// Value and gradient at x [m]. Farther than about 7 widths from the surface the value is about
+    /// that distance, and the gradient zero. The grid is sampled where a query first needs it.
     Sample at(const Vec3& x) const;
 
-    /// The place that Newton's method finds from x on its surface, and whether it did within two
-    /// widths.
+    /// Moves x to the surface (value 0) by Newton's method.
+    /// @returns false if none is found within two widths
     bool project(Vec3& x) const;
 
     double width() const { return width_; }

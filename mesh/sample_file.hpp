@@ -32,12 +32,12 @@ inline constexpr int kBrick = 4; ///< samples along an edge of a brick
 using Brick = std::array<double, kBrick * kBrick * kBrick>;
 using Bricks = std::unordered_map<BrickKey, std::unique_ptr<Brick>, BrickHash>;
 
-/// Samples of a field as a file's bytes, in the same order whatever that of the map.
-/// @param of  what they are samples of
+/// Samples of a field as a file's bytes, in an order that does not depend on that of the map.
+/// @param of  fingerprint of the sampled field and its grid
 std::string sample_bytes(const Hash128& of, const Bricks& bricks);
 
-/// And back, added to `bricks`.
-/// @return  why not, and nothing is added; "" if they are
+/// Adds the samples in a file's bytes to `bricks`.
+/// @return  "" if they were added, else the reason, and `bricks` is unchanged
 std::string read_samples(std::string_view bytes, const Hash128& of, Bricks& bricks);
 
 } // namespace amontons

@@ -13,7 +13,7 @@ std::vector<Issue> size_warnings(const Vec3& size, const std::string& file, doub
              "a size of " + number_text(size[0]) + " x " + number_text(size[1]) + " x " +
                  number_text(size[2]) + " m",
              "at most " + number_text(largest) +
-                 " m without a doubt; a file in millimetres needs the scale 0.001"}};
+                 " m without a warning; a file in millimetres needs the scale 0.001"}};
 }
 
 std::vector<Issue> size_warnings(const std::vector<Vec3>& points, const std::string& file)

@@ -11,13 +11,13 @@ namespace amontons {
 /// A box longer than this is probably not in metres [m].
 constexpr double kLargestSize = 3.0;
 
-/// One Issue, with the size that was measured, of a shape that looks as if its file were in
-/// millimetres; none of one that does not.
+/// One Issue, with the measured size, if a shape is so large that its file is probably in
+/// millimetres; else none.
 /// @param size  of its box [m]
 std::vector<Issue> size_warnings(const Vec3& size, const std::string& file,
                                  double largest = kLargestSize);
 
-/// The same of points.
+/// The same for the bounding box of points [m].
 std::vector<Issue> size_warnings(const std::vector<Vec3>& points, const std::string& file);
 
 } // namespace amontons

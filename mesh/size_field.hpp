@@ -24,8 +24,8 @@ public:
     /// O(log n + sources that reach x). Edge length [m].
     double at(const Vec3& x) const;
     const std::vector<SizeSource>& sources() const { return sources_; }
-    double greatest() const { return greatest_; }
-    double least() const { return least_; }
+    double greatest() const { return greatest_; } ///< far from all sources [m]
+    double least() const { return least_; }       ///< at the smallest source, or greatest() [m]
 
 private:
     double greatest_, gradation_, least_;
@@ -33,10 +33,10 @@ private:
     BoxTree reach_; ///< of each source, where it matters
 };
 
-/// The integral of 1 / size^3 over what a closed surface encloses: elements, up to a factor that is
-/// the mesher's [-]. The mean of 1 / size^3 is taken on columns of a grid, `across` to each side of
-/// the box, and finer while few of them meet the body; the volume is that of the surface, so that
-/// one size everywhere gives volume / size^3.
+/// The integral of 1 / size^3 over what a closed surface encloses: the number of elements, up to a
+/// factor of the mesher [-]. The mean of 1 / size^3 is taken on columns of a grid, `across` to each
+/// side of the box, and finer while few of them cross the body; the volume is that of the surface,
+/// so that one size everywhere gives volume / size^3.
 /// @param surface  oriented, as repair_surface leaves it
 double count_by_size(const SurfaceMesh& surface, const SizeField& size, int across = 96);
 

@@ -15,7 +15,7 @@ struct PatchPoint {
     Vec3 normal = Vec3::Zero();   ///< unit, of the curved triangle; on an edge the mean of two
 };
 
-/// A smooth-looking surface through the vertices of a coarse one: every triangle becomes a
+/// A nearly smooth surface through the vertices of a coarse one: every triangle becomes a
 /// cubic one whose corners have the vertices' normals. Neighbours share their edge curve
 /// exactly and their tangent planes nearly. Edges sharper than a crease angle stay straight
 /// and sharp.
@@ -26,14 +26,14 @@ public:
     /// @param crease  angle between the normals of neighbours above which an edge is sharp [rad]
     SmoothSurface(SurfaceMesh coarse, double crease);
 
-    /// Every curved triangle cut into n^2 flat ones, without cracks: triangle k of the result
+    /// Every curved triangle divided into n^2 flat ones, without cracks: triangle k of the result
     /// belongs to patch k / n^2.
     SurfaceMesh refined(int n) const;
 
     /// Barycentric coordinates in its patch of a point in triangle k of refined(n).
     Vec3 weights_in_patch(std::int32_t k, int n, const Vec3& weights) const;
 
-    /// The point of a patch.
+    /// The point of a patch at barycentric coordinates [m].
     Vec3 point(std::int32_t patch, const Vec3& weights) const;
 
     /// A curved triangle's Bezier points b_ijk, weights u^i v^j w^k [m].

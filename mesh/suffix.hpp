@@ -17,7 +17,8 @@ inline bool has_suffix(const std::string& path, std::string_view suffix)
     return lower_case(path).ends_with(suffix);
 }
 
-/// What makes a file of another format one that can be read; "" where nothing is known.
+/// Advice on how to convert a file of another format into one that can be read, for the end of a
+/// message; "" where none is known.
 /// @param solid  a mesh of solids is wanted, else a surface
 inline std::string suffix_hint(const std::string& path, bool solid)
 {

@@ -25,9 +25,9 @@ struct BoundaryLoop {
     double length = 0;                  ///< [m]
 };
 
-/// What is odd about a surface. Nothing of it is an error by itself: see issues().
+/// Properties and possible defects of a surface. None is an error by itself: see issues().
 struct SurfaceReport {
-    /// Numbers of the surface.
+    /// Counts.
     std::int64_t vertices = 0, triangles = 0;
     double diagonal = 0;        ///< of the bounding box of the vertices in use [m]
     int components = 0;         ///< parts of the surface that no edge connects
@@ -46,7 +46,7 @@ struct SurfaceReport {
     bool closed() const { return triangles > 0 && boundaries.empty() && non_manifold.empty(); }
 };
 
-/// Searches for everything in SurfaceReport. 100 000 triangles in 0.5 s.
+/// Determines everything in SurfaceReport. 100 000 triangles in 0.5 s.
 /// @param mesh  indices within its points (else std::logic_error), finite coordinates
 SurfaceReport check_surface(const SurfaceMesh& mesh);
 

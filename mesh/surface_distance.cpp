@@ -109,7 +109,7 @@ double SurfaceDistance::clearance(const Vec3& x, std::int32_t& near) const
     const NearestTriangle place = tree_.nearest(x, near);
     near = place.triangle;
     const double flat = std::sqrt(place.squared) - 2 * chord_error_;
-    // Behind the surface there is none; close to it only the curved triangle knows the side.
+    // Behind the surface there is none; close to it the curved triangle determines the side.
     return flat > 0 && (x - place.at.point).dot(pseudo_normal_(place)) > 0 ? flat : 0;
 }
 
@@ -142,7 +142,7 @@ double SurfaceDistance::from_place_(const Vec3& x, const NearestTriangle& place,
     // Newton's method may have diverged at a fold; the two differ by no more than the chord error.
     const bool good = found <= flat + 2 * chord_error_;
     const double size = good ? found : flat;
-    // Between the flat piece and the curved one only the curved one knows the side.
+    // Between the flat piece and the curved one the curved one determines the side.
     const double side = good && flat <= 2 * chord_error_
                             ? (x - curved.position).dot(curved.normal)
                             : (x - place.at.point).dot(pseudo_normal_(place));
@@ -157,7 +157,7 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
     std::int32_t near = -1;
     const NearestTriangle middle = tree_.nearest(centre, -1);
     if (middle.squared > (band_ + radius) * (band_ + radius)) {
-        // No contact feels these: the corners' distances, and linear between them.
+        // No contact depends on these: the corners' distances, and linear between them.
         double c[8];
         for (int i = 0; i < 8; ++i)
             c[i] = distance(

@@ -16,7 +16,7 @@ namespace amontons {
 /// pseudonormal.
 class SurfaceDistance : public DistanceSource {
 public:
-    /// @param cuts  of each curved triangle's edges
+    /// @param cuts  number of parts of each edge of a curved triangle
     /// @param band  farther from the surface, distances are interpolated in each brick [m]
     SurfaceDistance(SmoothSurface smooth, int cuts, double band);
 

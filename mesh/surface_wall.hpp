@@ -8,8 +8,8 @@ namespace amontons {
 
 /// How a triangle surface becomes a wall.
 struct SurfaceWallOptions {
-    /// Where the free space is: "inside", "outside", or "" to determine it from the surface: inside a
-    /// vessel (a surface whose holes are small), else the side that the normals of a closed
+    /// Where the free space is: "inside", "outside", or "" to determine it from the surface: inside
+    /// a vessel (a surface whose holes are small), else the side that the normals of a closed
     /// surface point to. Required for an open surface that is no vessel.
     std::string side;
     /// Edges between triangles whose normals differ by more stay sharp [rad]; 0: 120 degrees
@@ -26,6 +26,7 @@ struct SurfaceWallOptions {
 ///                     unknown or missing side
 /// Cost: 0.1 s for 3600 triangles; the wall is sampled while it is used.
 WallModel make_wall_from_surface(SurfaceMesh mesh, const SurfaceWallOptions& options = {});
+/// The same with the default crease and spacing.
 inline WallModel make_wall_from_surface(SurfaceMesh mesh, const std::string& side)
 {
     return make_wall_from_surface(std::move(mesh), SurfaceWallOptions{side, 0, 0});

@@ -5,7 +5,7 @@
 
 namespace amontons {
 
-/// What lies beyond an end of a tube: it continues straight, or a ball closes it.
+/// How a tube ends: it continues straight, or a half ball closes it.
 enum class TubeEnd { straight, ball };
 
 /// The free space inside a tube around a centreline, in closed form.
@@ -30,8 +30,8 @@ public:
     WallSample sample(const Vec3& x, WallHint& hint) const;
     /// Signed distance at x [m].
     double distance(const Vec3& x, WallHint& hint) const;
-    /// No more than `distance`, if the radius is the same all along and the hint is the piece next
-    /// to x; else -infinity.
+    /// A lower bound of `distance` [m], if the radius is constant and the hint is the piece next to
+    /// x; else -infinity.
     double clearance(const Vec3& x, const WallHint& hint) const;
     const Centreline& centreline() const { return centreline_; }
 

@@ -189,8 +189,7 @@ void add_coincident(std::vector<Issue>& issues, const std::string& file, const V
                     const Words& words)
 {
     add(
-        issues, file, report.coincident,
-        "one node at a place, unless bodies shall come apart there",
+        issues, file, report.coincident, "one node at a place, unless bodies may separate there",
         [&](const auto& pair) { return words.node(pair[1]); },
         [&](const auto& pair) {
             return "the place of " + words.node(pair[0]) + ", " + words.at(pair[1]);

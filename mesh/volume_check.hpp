@@ -13,7 +13,7 @@ struct VolumeCheckOptions {
     double largest_size = kLargestSize; ///< [m]
 };
 
-/// What is odd about a mesh of solids. Lists are ascending; numbers count from 0.
+/// Properties and possible defects of a mesh of solids. Lists are ascending; numbers count from 0.
 struct VolumeReport {
     /// Number of nodes.
     std::int64_t nodes = 0;
@@ -53,19 +53,19 @@ struct VolumeReport {
     bool looks_like_millimetres() const;
 };
 
-/// Searches for everything in VolumeReport. O(n log n).
+/// Determines everything in VolumeReport. O(n log n).
 /// @param mesh  indices within its nodes (else std::logic_error)
 VolumeReport check_volume(const VolumeMesh& mesh, const VolumeCheckOptions& options = {});
 
-/// What no solver can work with: nodes that are not finite, collapsed, inverted and overlapping
-/// elements, edges and nodes where the surface touches itself, and then the nodes at one place that
-/// may be the reason. The first of each kind are named with the file's numbers and coordinates; the
-/// rest is counted.
+/// Faults with which no solver can work: nodes that are not finite, collapsed, inverted and
+/// overlapping elements, edges and nodes where the surface touches itself, and then the nodes at
+/// one place that may be the reason. The first of each kind are named with the file's numbers and
+/// coordinates; the rest is counted.
 std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,
                              const std::string& file);
 
-/// What may be meant: unreferenced or coincident nodes, slivers, empty sets, size in millimetres.
-/// Coincident nodes are none of it where errors_of() names them.
+/// What may be intended: unreferenced or coincident nodes, slivers, empty sets, a size in
+/// millimetres. Coincident nodes are left out where errors_of() names them.
 std::vector<Issue> warnings_of(const VolumeReport& report, const VolumeMesh& mesh,
                                const std::string& file);
 

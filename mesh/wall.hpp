@@ -7,8 +7,8 @@
 #include <string>
 #include <vector>
 
-// A wall is what a wire can touch: the boundary of a region of free space, given as a
-// twice differentiable signed distance. Contact needs its value (gap), gradient (normal)
+// A wall is the boundary of a region of free space, given as a twice differentiable signed
+// distance; wires, rods and bodies touch it. Contact needs its value (gap), gradient (normal)
 // and Hessian (curvature of the wall) at points near the wall, and its sign everywhere.
 
 namespace amontons {
@@ -23,12 +23,12 @@ struct WallSample {
     double slope = 1;
 };
 
-/// A distance changes no faster than this times the way of its point; 1 where it is exact, a
-/// sampled one overshoots beside creases (a patient's coarse aorta: 1.17 in one of 1000 places).
+/// Lipschitz constant of a wall's distance (ratio): 1 where it is exact; a sampled one overshoots
+/// beside creases (a patient's coarse aorta: 1.17 in one of 1000 places).
 constexpr double kSteepestWall = 1.25;
 
-/// What a wall remembers of a query point between calls, to be fast; start with {}.
-/// It changes no result: two calls with the same x give the same bits whatever the hint.
+/// Result of a search from one query to the next, which only makes the next one faster; start with
+/// {}. Two calls with the same x give the same bits for any hint.
 struct WallHint {
     /// Where the last call found the nearest point: a guess for the next one.
     std::int32_t piece = -1;
@@ -45,7 +45,7 @@ public:
     Wall& operator=(Wall&&) noexcept;
     ~Wall();
 
-    /// The same wall for another user, who may be on another thread; what is filled is filled once.
+    /// The same wall for use by another thread; samples are shared, and taken once.
     Wall share() const;
 
     /// Signed distance, unit normal and Hessian at x; continuous normal everywhere within
@@ -55,16 +55,18 @@ public:
     /// The signed distance alone [m].
     double distance(const Vec3& x, WallHint& hint) const;
 
-    /// No more than `distance`, for less [m]: of a sampled wall without sampling, where x is far
-    /// from it; of a tube by the piece of the hint. -infinity where there is nothing cheaper.
+    /// A lower bound of `distance` that costs less [m]: of a sampled wall without sampling, where x
+    /// is far from it; of a tube from the piece of the hint. -infinity where there is none.
     double clearance(const Vec3& x, WallHint& hint) const;
 
-    /// Samples of a sampled wall are taken by so many threads (the same bits for any number), with
-    /// more than one also ahead of points that move, and read from a folder where an earlier run
-    /// has left them; "": none.
+    /// Sets how a sampled wall is sampled.
+    /// @param cache    folder in which earlier runs have stored samples, which are read; "": none
+    /// @param threads  number that take samples (the same bits for any number); with more than one,
+    ///                 samples are also taken ahead of points that move
     void prepare(const std::string& cache, int threads);
-    /// Leaves them there. A wall in closed form has none.
-    /// @return  a line for each file that was read, written, ignored or not to be written, and why
+    /// Stores the samples in the folder given to prepare(). A wall in closed form has none.
+    /// @return  a line for each file that was read, written, ignored or could not be written, with
+    ///          the reason
     std::vector<std::string> keep() const;
 
 private:
@@ -86,9 +88,9 @@ Wall make_wall(DistanceField field);
 /// @param axis, normal  any length > 0
 /// @throws InputError  if a number is not finite, a radius not positive or a direction zero
 Wall make_ball_wall(const Vec3& centre, double radius, bool inside);
-/// A cylinder; inside: the wire is in it. Point [m], unit axis, radius [m].
+/// An infinite cylinder around the axis through `point` [m].
 Wall make_cylinder_wall(const Vec3& point, const Vec3& axis, double radius, bool inside);
-/// A plane; the free side is that of its unit normal. Point [m].
+/// A plane through `point` [m]; the free space is where its normal points.
 Wall make_plane_wall(const Vec3& point, const Vec3& normal);
 
 /// A way out of the free space: a disc across a vessel.
@@ -108,29 +110,29 @@ struct Branch {
     std::vector<double> radius; ///< at each point of the centreline [m]
     enum Kind {
         side_vessel,
-        line, ///< given: it may begin in a trunk that it shares with others, which is none's
+        line, ///< given; it may begin in a trunk shared with others, which belongs to none of them
         ball,
         box
     } kind = side_vessel;
 };
 
-/// How many triangles a surface has, which is then made.
+/// The number of triangles of a surface; the surface is made where the number is used.
 inline Late<std::size_t> triangles_in(Late<SurfaceMesh> surface)
 {
     return Late<std::size_t>{[surface = std::move(surface)] { return surface->triangles.size(); }};
 }
 
-/// Everything an obstacle's geometry knows.
+/// The geometry of an obstacle.
 struct WallModel {
     Late<SurfaceMesh> surface;     ///< for pictures, files and passage tests
     Wall wall;                     ///< for contact
     std::vector<Opening> openings; ///< inlet first where there is one
     std::vector<Branch> branches;
     Late<double> deviation; ///< largest distance between `surface` and the wall's zero set [m]
-    Late<std::size_t> triangle_count =
-        triangles_in(surface); ///< without it, where that is less work
+    /// Number of triangles of `surface`, where possible without making it.
+    Late<std::size_t> triangle_count = triangles_in(surface);
 
-    /// As Wall's.
+    /// As Wall::share.
     WallModel share() const
     {
         return {surface, wall.share(), openings, branches, deviation, triangle_count};

@@ -19,7 +19,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kLookAround = 100; // ms between reads of the clock and the stop flag
+constexpr int kPollPeriod = 100; // ms between reads of the clock and the stop flag
 
 /// A process and the pipes it talks through. Killed if it is left alone.
 class Child {
@@ -170,7 +170,7 @@ void run_children(const std::vector<ChildJob>& jobs, int at_once, const std::ato
             for (int k = 0; k < 2; ++k)
                 if (c.pipes()[k] >= 0) ends.push_back({c.pipes()[k], POLLIN, 0});
         // A child whose pipes are closed is about to end: look again soon.
-        ::poll(ends.data(), ends.size(), ends.empty() ? 1 : kLookAround);
+        ::poll(ends.data(), ends.size(), ends.empty() ? 1 : kPollPeriod);
         for (auto c = running.begin(); c != running.end();) {
             c->read();
             if (!c->ended()) {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-// The program as its own child: whatever happens to a run, the one who asked for it lives on.
+// Runs as child processes of the program, which survives however they end.
 
 namespace amontons {
 
@@ -30,7 +30,7 @@ struct ChildResult {
 /// killed.
 /// @param at_once  >= 1
 /// @param stop     once set, no job is started and those that run are interrupted (SIGINT)
-/// @param done     called by this thread as each job ends: its index, and what came of it.
+/// @param done     called by this thread as each job ends: its index and result.
 ///                 Interrupted jobs are not reported
 /// @throws std::runtime_error  if no process can be started; what `done` throws. Children that
 ///                 still run are killed

@@ -8,12 +8,12 @@
 
 namespace amontons {
 
-/// Another program that this library is part of, and where what belongs to it is then.
+/// The host: another program that this library is part of (such as Python), and its paths.
 struct Host {
     std::string program; ///< amontons
     std::string modules; ///< folder of libamontons-NAME.so
 };
-/// Stated once, by a host, before anything else is asked for: it counts for the whole process.
+/// Sets the host, once and before any other call; for the whole process.
 void set_host(Host host);
 
 /// What to start for a task in a process of its own (a picture, a window, a case): the host's

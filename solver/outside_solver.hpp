@@ -6,7 +6,7 @@
 
 #include <stdexcept>
 
-// Contact problems that somebody else's program solves: FCLib in, FCLib out (docs/new_solver.md).
+// Contact problems solved by an external program: FCLib in, FCLib out (docs/new_solver.md).
 
 namespace amontons {
 
@@ -19,13 +19,13 @@ struct OutsideSolver {
     double max_seconds = std::numeric_limits<double>::infinity(); ///< wall time of one problem [s]
 };
 
-/// Why there is no answer: what the command did, as the end of a sentence that begins with it.
+/// There is no result: the message is the predicate of a sentence whose subject is the command.
 class NoOutsideAnswer : public std::runtime_error {
 public:
     using std::runtime_error::runtime_error;
 };
 
-/// Answer of another program, or why there is none.
+/// Result of another program.
 struct OutsideAnswer {
     FclibSolution solution;
     double seconds = 0; ///< wall time of the command [s]
@@ -38,7 +38,7 @@ struct OutsideAnswer {
 OutsideAnswer ask_outside_solver(const OutsideSolver& solver, const std::string& problem,
                                  double tolerance, const std::atomic<bool>* stop);
 
-/// What a reaction is worth, by the measure that our solvers get. @param r  rows of the problem
+/// Certifies a reaction as those of our own solvers are certified. @param r  rows of the problem
 ContactSolution judged(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                        ErrorScope scope = ErrorScope::all_rows);
 

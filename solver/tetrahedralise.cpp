@@ -142,7 +142,7 @@ Entries module(const std::string& file)
     }
 }
 
-/// The surface as the module likes it: around the origin, of size 1.
+/// The surface as the module expects it: around the origin, of size 1.
 struct Scaled {
     Vec3 centre = Vec3::Zero();
     double length = 1; ///< [m]
@@ -239,7 +239,7 @@ struct Departure {
     }
 };
 
-/// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not promise it.
+/// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not guarantee it.
 /// @param places  out: where its surface touches itself
 std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Departure& vertices,
                      const Departure& faces, std::vector<Vec3>& places)
@@ -439,7 +439,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         const int code = cgal.tetrahedralise(&input, &made.mesh, message, sizeof message);
         if (code == 2) throw std::bad_alloc();
         if (code != 0)
-            throw InputError({{file, "", std::string("CGAL gives up: ") + message,
+            throw InputError({{file, "", std::string("CGAL does not mesh it: ") + message,
                                solid ? kOtherWidth : kOtherSurface}});
         result.seconds +=
             std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();

@@ -57,8 +57,8 @@ double memory_limit(const TetrahedraliseOptions& options);
 /// @param notes    gets every repair, and what was refined; also before it throws
 /// @throws InputError  options out of range; a surface that is open, touches itself or has edges of
 ///                     more than two triangles (repair: may touch itself); features below the size;
-///                     more memory than allowed; no module; a surface that CGAL gives up, or whose
-///                     mesh is not what was asked for
+///                     more memory than allowed; no module; a surface that CGAL does not mesh, or
+///                     whose mesh is not what was asked for
 /// @throws std::bad_alloc
 Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions& options,
                                const std::string& file, std::vector<std::string>& notes);

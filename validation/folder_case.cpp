@@ -20,7 +20,7 @@ namespace fs = std::filesystem;
 namespace amontons::validation {
 namespace {
 
-/// Reads the fields of one object, and in the end states which it did not know.
+/// Reads the fields of one object, and in the end reports unknown ones.
 class Fields {
 public:
     Fields(const Json& json, std::string file, std::string place, std::vector<Issue>& issues)

@@ -3,7 +3,7 @@
 
     validation/haptic_attack.py PROGRAM [--tries 500] [--seed 1] [--kind NAME]
 
-A hand presses a ball on a floor and moves to and fro; every ten poses a try of one kind is thrown in. After
+A hand presses a ball on a floor and moves back and forth; every ten poses a try of one kind is thrown in. After
 each run the laws of haptic_stress.py must hold in the trace, the program must end by itself with exit
 code 0, and its report must be whole. Exit 1 where one does not.
 """

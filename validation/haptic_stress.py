@@ -4,7 +4,7 @@
     validation/haptic_stress.py PROGRAM [SCENE ...] [--duration 60] [--gap 0.015] [--busy N] [--free]
 
 For each scene (default: all examples with a hand) a hand of mass, damper and spring at the other end of UDP
-follows a path into the scene and to and fro, 1000 poses a second, and is silent for --gap seconds once a
+follows a path into the scene and back and forth, 1000 poses a second, and is silent for --gap seconds once a
 second; with a busy process on each core. From the trace of all ticks, not from the report:
 
     rise    the largest rise of |sent| in a tick beyond that of |computed| [N], 0.2 at most
@@ -43,7 +43,7 @@ def ease(t, end):
     return 0.5 - 0.5 * math.cos(math.pi * min(max(t, 0) / end, 1))
 
 
-# Where the hand wants to be [m], by scene: into it, then to and fro and out and in again.
+# Path of the hand [m], by scene: into it, then back and forth and out and in again.
 PATHS = {
     "hapco/hexa.json": lambda t: (0.006 * wave(t, 3.1), 0.004 * wave(t, 2.3), -0.010 * ease(t - 1, 2) * (1 + wave(t, 4.7))),
     "hapco/tetra.json": lambda t: (0.006 * wave(t, 3.1), 0.004 * wave(t, 2.3), -0.010 * ease(t - 1, 2) * (1 + wave(t, 4.7))),

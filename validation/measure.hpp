@@ -6,7 +6,8 @@
 #include <vector>
 
 // A validation case measures something whose value is known from elsewhere, and states by how much
-// it misses. It never adjusts itself: a case that fails reports it with its honest numbers.
+// its result differs. Tolerances are never adjusted: a case that fails is reported with its
+// numbers.
 
 namespace amontons::validation {
 
@@ -27,7 +28,7 @@ struct Measured {
     std::string quantity;
     double reference = 0;
     double value = 0;
-    double error = 0; ///< as the quantity's name specifies: relative unless it specifies otherwise
+    double error = 0;          ///< relative unless the quantity's name states otherwise
     double tolerance = 0;      ///< of the error
     std::string note;          ///< what else is worth stating, or ""
     ReferenceCurve curve = {}; ///< what the number is the worst of, if there is a plot of it
@@ -50,7 +51,8 @@ Measured left_out(std::string quantity, std::string why);
 /// there. Once it passes, it is a row like any other.
 Measured missed(Measured row, std::string why);
 
-/// Raises the worst so far to a value that is larger or no number: NaN stays, it never gets lost.
+/// Raises the worst so far to a value that is larger or no number: NaN is kept once it has
+/// occurred.
 void raise_to(double& worst, double value);
 
 /// A published or closed-form result, and how it is measured here. What it is states
@@ -67,7 +69,7 @@ struct Case {
 /// All cases, in the order in which they are reported.
 const std::vector<Case>& cases();
 
-/// What came of a case.
+/// Result of a case.
 struct CaseResult {
     std::string name, suite, source;
     std::string verified; ///< how the reference was checked

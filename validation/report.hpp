@@ -7,13 +7,13 @@
 #include <utility>
 #include <vector>
 
-// What came of the cases, for people, scripts and papers.
+// Results of the cases as text, JSON and web page.
 
 namespace amontons::validation {
 
 /// `amontons validate --json`.
 std::string json_of(const std::vector<CaseResult>& results);
-/// The way back. @throws InputError
+/// Reads the text of json_of(). @throws InputError
 std::vector<CaseResult> read_results(std::string_view json, const std::string& file);
 
 /// A case as lines of text, below kHeading.

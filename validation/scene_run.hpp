@@ -35,7 +35,7 @@ struct Run {
 };
 
 /// Runs a scene with one wire to its end.
-/// @throws std::runtime_error  if it does not get there
+/// @throws std::runtime_error  if it does not reach it
 Run run(const Scene& scene);
 
 /// Mean of a step's value over the insertions [from, to], each step weighted with its length.

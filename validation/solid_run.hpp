@@ -68,7 +68,7 @@ struct SolidRun {
 /// Runs to the scene's end; a run that fails is returned as well.
 /// @throws InputError
 SolidRun try_run(const Scene& scene, bool keep_bodies = false);
-/// @throws std::runtime_error  if it does not get there
+/// @throws std::runtime_error  if it does not reach the end
 SolidRun run_solids(const Scene& scene, bool keep_bodies = false);
 
 /// Displacement of each node at the end [m].

@@ -3,7 +3,7 @@
 
     validation/wrong_values.py PROGRAM [--examples DIR] [--checks 20000] [--runs 300] [--jobs N] [--seed 1] [--json FILE]
 
-`amontons check` must specify 0 or 2, and with 2 the file, the place, what was found and what is allowed. Scenes that pass are candidates
+`amontons check` must exit with 0 or 2, and with 2 report the file, the place, what was found and what is allowed. Scenes that pass are candidates
 for `amontons run`, cut to three steps: 0, 2 or 3, or 130 when it is interrupted after --seconds. Nothing may end by a signal, nothing
 may specify "a mistake in amontons", and what is refused may leave no folder behind. Of values that only differ by their place in a list,
 a few are taken (--alike); where there are more cases than asked for, a seeded share of them. Exit 1 if there is a finding.

@@ -86,7 +86,7 @@ std::optional<std::array<double, 2>> feet(const CurvePiece& p, const CurvePiece&
             H(0, 0) = 1.001 * s.dot(s);
             H(1, 1) = 1.001 * t.dot(t);
         }
-        // What would go out stays where it is.
+        // Motions out of the interval are set to 0.
         Eigen::Vector2d step = -H.inverse() * g;
         for (int k = 0; k < 2; ++k) {
             const bool out = (y[k] <= kLow && g[k] > 0) || (y[k] >= kHigh && g[k] < 0);
@@ -167,8 +167,8 @@ struct Pair {
         if (p.t > 0 || (first && !a.closed)) return spacing[e];
         return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
-    /// A crossing has it already: two rows at one place would share a force, and pass it to and
-    /// fro as the crossing moves.
+    /// A crossing has it already: two rows at one place would share a force and exchange it as the
+    /// crossing moves.
     bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
         if (crossed.empty()) return false;
@@ -430,8 +430,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         const Vec3 along = piece.slope(best->t);
         const double wall = along.dot(best_found.wall.hessian * along),
                      own = std::abs(best_found.wall.normal.dot(piece.bend(best->t)));
-        // A contact that was found stays where it is closed as its neighbours are, but for
-        // rounding.
+        // A contact that was found is kept if it is as closed as its neighbours, up to rounding.
         if (wall > (met ? 1 : kSharper) * own &&
             best_found.gap < std::min(f0.gap, f1.gap) + (met ? 1 : -1) * kBulge * piece.radius)
             add(*best, best_found, id, true);

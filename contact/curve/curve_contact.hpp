@@ -10,10 +10,11 @@
 
 // Where round curves touch: rods as chains of cubic pieces with a radius.
 //
-// Two kinds of contact. Stations, places that are fixed to a curve, meet what is nearest to them:
-// right where two curves run along each other, or a curve along a wall. Crossings, pairs of places
-// whose distance is least, follow the geometry: right where curves cross, or a curve bends over an
-// edge between two of its stations. Beside a crossing of two curves stations are left out.
+// Two kinds of contact. Stations, places that are fixed to a curve, are in contact with the nearest
+// place of the other body: suited to two curves that run along each other, or a curve along a wall.
+// Crossings, pairs of places whose distance is least, move with the geometry: suited to curves that
+// cross, or a curve that bends over an edge between two of its stations. Beside a crossing of two
+// curves stations are left out.
 
 namespace amontons {
 
@@ -25,10 +26,10 @@ struct CurvePiece {
     /// Of the round surface [m].
     double radius = 0;
 
-    /// The place at t of 0 to 1 [m].
+    /// The point at t in [0, 1] [m].
     Vec3 at(double t) const;
-    Vec3 slope(double t) const; ///< derivative by t
-    Vec3 bend(double t) const;  ///< second derivative by t
+    Vec3 slope(double t) const; ///< derivative by t [m]
+    Vec3 bend(double t) const;  ///< second derivative by t [m]
 };
 
 /// A curve: pieces one after another.
@@ -52,8 +53,8 @@ inline double arc_at(const Curve& c, const CurvePlace& p)
     return s0 + p.t * (s1 - s0);
 }
 
-/// The place of a piece where its distance from x is stationary and least nearby.
-/// @return  t, also a little beyond the piece; nothing where it is farther beyond
+/// The point of a piece at which its distance from x is a local minimum.
+/// @return  t, also a little outside [0, 1]; nothing where the minimum is farther outside
 std::optional<double> foot(const CurvePiece& piece, const Vec3& x);
 
 /// A contact of a curve with another one, or with a surface (b.piece -1).

@@ -8,27 +8,26 @@
 
 // Where a round curve touches the outside of a solid that bends.
 //
-// Faces that reach farther across the curve than 0.7 of its radius see no more of it than a line:
-// stations of the curve, and places where it bends over sharp edges, are over faces and share
-// their force out to the nodes there. Faces that are finer resolve the width on which the two
-// touch: there the nodes that carry the solid's multipliers meet the curve's round surface, as they
-// meet any smooth one.
+// On faces wider across the curve than 0.7 of its radius the curve acts as a line: contacts are at
+// its stations, and where it bends over sharp edges, and distribute their force to the nodes of the
+// face. Finer faces resolve the width of the contact: there contacts are at the nodes that carry
+// the solid's multipliers, with the curve's round surface, as with any smooth wall.
 
 namespace amontons {
 
 /// A contact of a curve (a) with nodes of a solid (b).
 struct CurveOnFaces {
-    CurveContact curve;                 ///< b of no meaning
+    CurveContact curve;                 ///< b is unused
     std::array<StencilEntry, 4> node{}; ///< of the solid's mesh; weights sum to 1
     int nodes = 0;
     double area = 0; ///< of a node's multiplier [m^2]; 0: unknown
 };
 
-/// A place of a curve that meets the faces which it is over.
+/// A place of a curve at which contact with the faces below it is searched for.
 struct FaceStation {
     CurvePlace place;
-    /// The way between coarser stations [m]: where that is no longer than faces are along the
-    /// curve they are enough, and this one is left out. inf: it never is.
+    /// Distance between the stations of the next coarser set [m]: where faces are longer along the
+    /// curve, those suffice and this one is left out. inf: it never is.
     double coarser = std::numeric_limits<double>::infinity();
 };
 

@@ -12,7 +12,9 @@ namespace amontons {
 struct EdgeCurve {
     Curve curve;                                    ///< radius 0
     std::vector<std::array<std::int32_t, 4>> nodes; ///< of each piece: before it, its two, after it
-    std::vector<std::array<double, 2>> slope;       ///< of each piece: its shares of its slopes [-]
+    /// Of each piece: its length over that of itself and the piece before it, and after it; 1 where
+    /// there is none. The slope at an end is this times the vector over both pieces [-].
+    std::vector<std::array<double, 2>> slope;
     std::vector<Vec3> outwards; ///< of each piece: sum of the normals of the faces beside it
 
     /// Nodes that a place is the mean of, with weights that sum to 1.

@@ -86,7 +86,7 @@ bool write_all(int to, const char* data, std::size_t size)
         result = work();
     } catch (const std::bad_alloc&) {
         kind = 'n';
-        result = "it needs more memory than there is for it";
+        result = "it needs more memory than is allowed for it";
     } catch (const std::exception& error) {
         kind = 'n';
         result = error.what();
@@ -132,12 +132,12 @@ Bytes in_child_process(const std::function<std::string()>& work, double memory, 
     if (full) ::kill(child, SIGKILL); // it waits for a reader
     int status = 0;
     while (::waitpid(child, &status, 0) < 0)
-        if (errno != EINTR) throw std::runtime_error("the process of the reading was lost");
+        if (errno != EINTR) throw std::runtime_error("the process that reads it was lost");
     if (full) throw std::bad_alloc();
     if (WIFSIGNALED(status)) {
         const int s = WTERMSIG(status);
         if (s == SIGXCPU || s == SIGKILL)
-            throw std::runtime_error("the HDF5 library comes to no end with it");
+            throw std::runtime_error("the HDF5 library does not finish reading it");
         throw std::runtime_error(std::string("the HDF5 library crashes on it (") + ::strsignal(s) +
                                  ")");
     }

@@ -4,8 +4,8 @@
 // with dlopen only when a contact problem is read or written, so that no other command maps HDF5
 // and the 35 libraries behind it. Never link the module; look the names up.
 //
-// The module knows HDF5 and nothing of contact. A file is bytes in memory on one side, and on the
-// other the datasets that are in it (contact/named_arrays.hpp).
+// The module depends on HDF5 and contains nothing of contact. A file is bytes in memory on one
+// side, and on the other the datasets that are in it (contact/named_arrays.hpp).
 //
 // HDF5's C library is not made for foreign files: a damaged one can crash it, or keep it in a
 // loop (docs/decisions/0006). Each call therefore does its work in a child process with limited

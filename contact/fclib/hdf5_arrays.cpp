@@ -1,5 +1,5 @@
 // HDF5's C library, and not libfclib: libfclib ends the process on what it does not expect, takes
-// sizes from one dataset for another, and knows no limit. What it writes we read, and what we
+// sizes from one dataset for another, and has no limit. What it writes we read, and what we
 // write it reads: the tests of this folder link it.
 
 #include "contact/fclib/child_process.hpp"
@@ -285,7 +285,7 @@ std::string write_arrays(const char* base, std::size_t base_size, std::string_vi
     return image;
 }
 
-int tell(const char* text, char* message, int message_size)
+int report(const char* text, char* message, int message_size)
 {
     if (message && message_size > 0)
         std::snprintf(message, static_cast<std::size_t>(message_size), "%s", text);
@@ -302,7 +302,7 @@ int amontons_fclib_read(const char* file, long file_size, const char* groups, do
     *arrays_size = 0;
     try {
         const auto size = static_cast<std::size_t>(std::max(0L, file_size));
-        if (size == 0) return tell("an empty file", message, message_size);
+        if (size == 0) return report("an empty file", message, message_size);
         // The library's copy of the file, the values, and the values packed: and 1 GB for it.
         const double space = 1e9 + 2.0 * static_cast<double>(size) + 3 * memory;
         const amontons::fclib_module::Bytes bytes = amontons::fclib_module::in_child_process(
@@ -311,7 +311,7 @@ int amontons_fclib_read(const char* file, long file_size, const char* groups, do
         *arrays_size = bytes.size;
         return 0;
     } catch (const std::exception& error) {
-        return tell(error.what(), message, message_size);
+        return report(error.what(), message, message_size);
     }
 }
 
@@ -334,7 +334,7 @@ int amontons_fclib_write(const char* base, long base_size, const char* arrays, l
         *file_size = bytes.size;
         return 0;
     } catch (const std::exception& error) {
-        return tell(error.what(), message, message_size);
+        return report(error.what(), message, message_size);
     }
 }
 

@@ -20,7 +20,7 @@ namespace amontons {
 namespace {
 
 using namespace block_lu;
-constexpr int kFewBlocks = 2; // up to here, tiles do not pay
+constexpr int kFewBlocks = 2; // up to here, tiles are not faster
 constexpr int kLanesOfNarrow = (3 * kNarrow + kLanes - 1) / kLanes;
 constexpr double kLargeProduct = 1.5e5; // multiplications from which Eigen's product is faster
 
@@ -64,7 +64,7 @@ inline void subtract_block(const double* a, std::ptrdiff_t a_stride, const doubl
                            std::ptrdiff_t b_stride, double* target, std::ptrdiff_t stride)
 {
     using Lane = Eigen::Map<const Eigen::Array4d>;
-    // The fourth entry is of no meaning: slack makes it readable.
+    // The fourth entry is unused; kSlack makes it readable.
     const Eigen::Array4d first = Lane(a), second = Lane(a + a_stride),
                          third = Lane(a + 2 * a_stride);
     for (int c = 0; c < 3; ++c, target += stride) {

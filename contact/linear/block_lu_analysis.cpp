@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-// The part of BlockLu that knows the pattern alone. Which columns are joined to supernodes is
+// The part of BlockLu that depends on the pattern alone. Which columns are joined to supernodes is
 // decided by the estimate of time below: a few explicit zeros are cheaper than many small products.
 
 namespace amontons {

@@ -123,7 +123,7 @@ bool DenseLu::factorise()
         const int end = std::min(rows_, k + large);
         if (!factorise_block(k, end)) return false;
         if (end == rows_) break;
-        // U of the large block: each of its rows feels those above.
+        // U of the large block: each of its rows depends on those above.
         for (int i = k; i < end; i += kWidth) {
             const int width = std::min(kWidth, end - i);
             subtract_product(column(i) + i + width, stride_, column(end) + i, stride_,

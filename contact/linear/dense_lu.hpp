@@ -16,7 +16,7 @@ class DenseLu {
 public:
     /// Opens a matrix of this many rows; its columns are to be filled in.
     void open(int rows);
-    /// Column j, rows numbers.
+    /// Column j: as many numbers as there are rows.
     double* column(int j) { return value_.data() + j * stride_; }
     std::ptrdiff_t stride() const { return stride_; } ///< numbers from one column to the next
     /// @returns false if a diagonal block is singular or a number not finite

@@ -7,11 +7,12 @@
 
 namespace amontons {
 
-/// Where in space a body motion passes: linear in place, at constant rate about one axis in turn
-/// (by less than 180 degrees).
+/// The pose at the part t in [0, 1] of a motion: its place moves along a straight line, and it
+/// rotates at a constant rate about one axis (by less than 180 degrees in all).
 Pose pose_between(const Pose& from, const Pose& to, double t);
 
-/// Holds the shape all the way from one pose to another, and a margin [m] around it.
+/// A box that contains the shape throughout the motion pose_between(from, to), and a margin [m]
+/// around it.
 AxisBox swept_box(const RigidShape& shape, const Pose& from, const Pose& to, double margin);
 
 /// Two boxes that overlap or touch, by number, the smaller first.

@@ -59,7 +59,7 @@ struct Core {
     }
 };
 
-// What contacts of convex bodies that overlap must agree with.
+// Conditions on contacts of convex bodies that overlap.
 struct Way {
     double distance = -kInfinity; // of the core along the normal [m]
     Vec3 normal = Vec3::UnitZ();
@@ -97,7 +97,8 @@ void touch_ends(const PairFrame& pair, const Core& core, const Shape& b, RigidCo
     }
 }
 
-// Drops what would push another way than the least, where convex bodies overlap or touch.
+// Drops contacts whose normal is not that of the least overlap, where convex bodies overlap or
+// touch.
 void keep_agreeing(const Way& way, const Core& core, double size, std::size_t begin,
                    RigidContacts& out)
 {
@@ -141,7 +142,7 @@ void touch_polyhedron(const PairFrame& pair, const Core& core, const PolyhedronS
         if (std::abs(s) >= core.half_length || t < -slack || t > edge.length + slack) continue;
         const Vec3 &n0 = b.normals[at(ends.face[0])], &n1 = b.normals[at(ends.face[1])];
         const Vec3 n = cross / (cross.dot(n0 + n1) < 0 ? -sine : sine);
-        // A core that lies on a face crosses its outline twice, however it leans.
+        // A core that lies on a face crosses its outline twice, at any inclination.
         const double lean = n0.dot(n1) < kOpposed ? kInclined : kStrict;
         if (n.dot(edge.into[0]) > lean || n.dot(edge.into[1]) > lean) continue;
         const double gap = -n.dot(w) - core.radius;

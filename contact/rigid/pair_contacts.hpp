@@ -3,7 +3,7 @@
 #include "contact/rigid/detect.hpp"
 
 // One function for each pair of shapes, for detect.cpp alone. All work in the frame of b, where
-// round-off does not know how far the pair is from the origin of space.
+// round-off does not depend on the distance of the pair from the origin of space.
 
 namespace amontons {
 
@@ -21,10 +21,10 @@ constexpr std::uint64_t contact_id(Feature kind_a, std::size_t a, Feature kind_b
 
 /// A pair in the frame of b: x = turn * (x in the frame of a) + shift.
 struct PairFrame {
-    /// Rotation of b in the frame of a.
+    /// Rotation of a in the frame of b.
     Mat3 turn = Mat3::Identity();
-    Vec3 shift = Vec3::Zero(); ///< [m]
-    double reach = 0;          ///< [m]
+    Vec3 shift = Vec3::Zero(); ///< origin of a in the frame of b [m]
+    double reach = 0;          ///< largest gap of a contact [m]
     double size = 0;           ///< of the smaller body: its bounding radius [m]
 };
 
@@ -33,18 +33,19 @@ constexpr double kSamePlace = 1e-9;
 /// Corners and edges nearer than this part of the size have no direction of their own: normals
 /// come from the faces around them. Ratio.
 constexpr double kTouching = 1e-6;
-/// Faces that are inclined by less are opposed: all their corners count. cos and sin of 30 degrees.
+/// Faces inclined by less than 30 degrees are opposed: all their corners count. Cosine and sine.
 constexpr double kOpposed = 0.86602540378443865, kInclined = 0.5;
-/// Behind a normal, with round-off (cosine); edges that are more parallel do not cross (sine).
+/// Round-off allowed where a direction is tested to point behind a normal (cosine); edges whose
+/// directions differ by less do not cross (sine).
 constexpr double kStrict = 1e-9, kParallel = 1e-6;
 /// A face with `spread` that is inclined by less (sine) touches with its area.
 constexpr double kFlatOn = 1e-3;
 
-/// Contacts of one pair, in the order of their identities.
+/// Contacts of one pair, in the order in which they were found.
 using RigidContacts = std::vector<RigidContact>;
 
-/// Appends the contacts of a pair of shapes within the reach of `pair`; places in the frame of a
-/// [m]
+/// Appends the contacts of a pair of shapes whose gap is at most pair.reach; places and normals in
+/// the frame of b [m].
 void touch(const PairFrame& pair, const Ball& a, const Ball& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Ball& a, const Box& b, RigidContacts& out);
 void touch(const PairFrame& pair, const Ball& a, const Cylinder& b, RigidContacts& out);

@@ -42,8 +42,8 @@ struct PolyhedronView {
     std::span<const Vec3> normals;   ///< of faces, unit, outwards
     std::span<const double> offsets; ///< normal . x of the points of a face [m]
     std::span<const PolyhedronEdge> edges;
-    std::span<const std::array<Vec3, 3>>
-        triangles; ///< face by face; empty if all outlines are convex
+    /// Corners of triangles, face by face [m]; empty if all outlines are convex.
+    std::span<const std::array<Vec3, 3>> triangles;
 };
 
 /// The polyhedron of a closed triangle surface.
@@ -60,7 +60,7 @@ struct Polyhedron {
     std::vector<PolyhedronTopology::Edge> edge_ends;
     /// Where the lists of each vertex, face and triangle begin in the arrays beside them.
     std::vector<std::int32_t> vertex_begin, vertex_edges, face_begin, face_edges, triangle_begin;
-    /// 1 where all edges of a face are convex.
+    /// 1 where the outline of a face is convex.
     std::vector<char> face_convex;
 
     // From triangles of the mesh: what a search in its tree finds.

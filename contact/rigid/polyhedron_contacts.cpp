@@ -33,7 +33,7 @@ Separation polyhedron_separation(const PolyhedronPair& pair)
             for (const Vec3& v : x.vertices)
                 low = std::min(low, y.normals[f].dot(v));
             const double distance = low - y.offsets[f];
-            // A tie is passed to the first, so that round-off does not choose.
+            // Of equals the first is taken, so that round-off does not choose.
             if (distance <= best.distance + kSamePlace * pair.size) continue;
             best = {distance, on_b ? y.normals[f] : Vec3{-y.normals[f]}, -1, -1, -1, -1};
             (on_b ? best.face_b : best.face_a) = number(f);
@@ -149,7 +149,7 @@ void touch_convex(PolyhedronPair& pair)
                         add_vertex_face(pair, on_a, number(v), number(f), *h);
         }
     };
-    // Corners on edges come first: they stand for what faces state of the same place.
+    // Corners on edges come first: they replace those with faces at the same place.
     if (best.distance > -slack) {
         vertex_edges(a, near_a, b, near_b, true);
         vertex_edges(b, near_b, a, near_a, false);

@@ -16,8 +16,8 @@
 //   vertex, vertex   the same, both only where the body at the vertex lies behind it: a corner
 //                    that hangs over the rim of a table must not block its sliding back on.
 // Edges around opposed faces (kOpposed) cross too where the outlines overlap, although there one
-// body rises a little over the plane through the crossing: without them a face that is inclined by
-// a hair would rest on one point.
+// body rises a little over the plane through the crossing: without them a face that is inclined
+// very little would rest on one point.
 
 namespace amontons {
 
@@ -79,7 +79,7 @@ std::optional<Vec3> touching_normal(const PolyhedronPair& pair, const Polyhedron
         }
         low = std::max(low, std::min(angle[0], angle[1]));
         high = std::min(high, std::max(angle[0], angle[1]));
-        // No room: a side runs along a face of the other body, and the faces know better.
+        // No room: a side is along a face of the other body, and the contact is one of these faces.
         if (high - low < 1e-3 || std::abs(angle[0] - angle[1]) >= 3.1415) continue;
         const double middle = (low + high) / 2;
         const auto direction = [&](double t) -> Vec3 {
@@ -107,7 +107,7 @@ void add_contact_of_pair(const PolyhedronPair& pair, bool on_a, const Vec3& x, c
 
 } // namespace
 
-bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean,
+bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double overhang,
            const Vec3& free)
 {
     const PolyhedronTopology& topology = *body.topology;
@@ -116,7 +116,7 @@ bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, doubl
         const auto e = at(topology.vertex_edges[at(i)]);
         const Vec3& along = body.edges[e].along;
         const double rise = topology.edges[e].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
-        if (rise < -lean && std::abs(along.dot(free)) < kOpposed) return false;
+        if (rise < -overhang && std::abs(along.dot(free)) < kOpposed) return false;
     }
     return true;
 }
@@ -245,7 +245,7 @@ void add_edge_edge(const PolyhedronPair& pair, std::int32_t edge_a, std::int32_t
                 const Vec3 &na = va.normals[at(f)], &nb = vb.normals[at(g)];
                 if (na.dot(nb) > -kOpposed) continue;
                 // Edges that are more parallel than the faces cross at a normal of their own,
-                // and where they cross, or whether, is of no weight.
+                // and the place of the crossing is undetermined.
                 const Vec3 middle = (nb - na).normalized();
                 const double along = n.dot(middle);
                 if (std::abs(along) < best) continue;

@@ -5,7 +5,7 @@
 #include <optional>
 #include <vector>
 
-// How corners, edges and faces of two polyhedra meet, one pair of features at a time. For
+// Contacts between corners, edges and faces of two polyhedra, one pair of features at a time. For
 // polyhedron_contacts.cpp alone, which chooses the pairs; both work in the frame of b.
 
 namespace amontons {
@@ -51,10 +51,10 @@ struct PolyhedronSide {
     const TriangleShape* mesh = nullptr; ///< nullptr: a box
     const Box* box = nullptr;
     Mat3 turn = Mat3::Identity(); ///< own frame -> frame of b
-    /// Of the body in the frame of the pair [m].
+    /// Origin of the body in the frame of b [m].
     Vec3 shift = Vec3::Zero();
 
-    /// A place of the pair's frame in that of the body [m].
+    /// x of the frame of b in the frame of the body [m].
     Vec3 own(const Vec3& x) const { return turn.transpose() * (x - shift); }
 };
 
@@ -71,17 +71,18 @@ struct PolyhedronPair {
     /// Contacts that would push otherwise are none.
     std::optional<Vec3> away{};
 
-    /// True if both bodies are on their own sides of a plane with this normal.
+    /// True if a contact with this normal separates the bodies: within 60 degrees of `away`, where
+    /// that is set.
     bool agrees(const Vec3& normal) const { return !away || normal.dot(*away) > 0.5; }
 };
 
-/// Does the body at this vertex lie behind the plane through it, n outwards from the other body,
-/// or lean over it by no more than this sine? Edges along `free` (unit, within 30 degrees) may
-/// lean as they like.
-bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double lean,
+/// True if no edge of the body descends from this vertex below the plane through it by more than
+/// the sine `overhang`; n is the plane's normal, outwards from the other body. Edges along `free`
+/// (unit, within 30 degrees) do not count.
+bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, double overhang,
            const Vec3& free = Vec3::Zero());
 
-/// Is a point of a face's plane on the face, its border included?
+/// Is a point of a face's plane on the face, or outside it by no more than `slack` [m]?
 bool on_face(const PolyhedronSide& side, std::int32_t face, const Vec3& x, double slack);
 
 /// Height of a vertex over a face if it may touch it: the foot lies on the face, and the body at

@@ -94,14 +94,16 @@ struct MassProperties {
 /// Source: divergence theorem; a tetrahedron's second moments as in Tonon 2004, J. Math. Stat. 1.
 MassProperties mass_properties(const RigidShape& shape, double density);
 
-/// Has it curved faces, of which its distance knows the normals?
+/// Is its surface smooth and curved (ball, cylinder's side, ellipsoid, capsule), with normals in
+/// closed form?
 inline bool is_round(const RigidShape& shape)
 {
     return std::holds_alternative<Ball>(shape) || std::holds_alternative<Cylinder>(shape) ||
            std::holds_alternative<Ellipsoid>(shape) || std::holds_alternative<Capsule>(shape);
 }
 
-/// Of a ball around the frame's origin that holds the shape [m]; infinite for a Plane.
+/// Radius of the smallest ball around the frame's origin that contains the shape [m]; infinite for
+/// a Plane.
 double bounding_radius(const RigidShape& shape);
 
 /// A box along the axes of space.

@@ -25,15 +25,15 @@ struct TurnedCylinder {
     {
     }
 
-    /// Signed distance of an end along the axis [m]: -half_length or half_length.
+    /// Side of the centre on which an end lies, along the axis: -1 for end 0, 1 for end 1 [-].
     double side(std::size_t end) const { return end == 0 ? -1 : 1; }
     /// Centre of an end [m].
     Vec3 end_centre(std::size_t end) const { return centre + side(end) * half_length * axis; }
-    /// Along the axis, from the centre [m].
+    /// Coordinate of x along the axis, from the centre [m].
     double along(const Vec3& x) const { return axis.dot(x - centre); }
-    /// From the axis to x.
+    /// Vector from the axis to x, normal to the axis [m].
     Vec3 across(const Vec3& x) const { return x - centre - along(x) * axis; }
-    /// How far it reaches along a unit vector [m].
+    /// The greatest n . x of its points, n unit [m].
     double highest(const Vec3& n) const
     {
         const double c = n.dot(axis); // not 1 - c^2: it loses half the digits near the axis
@@ -43,10 +43,11 @@ struct TurnedCylinder {
     double lowest(const Vec3& n) const { return -highest(-n); }
 };
 
-/// Places on a rim and a line where the way between them is normal to both.
+/// A point on a rim and one on a line whose connection is normal to both.
 struct RimCrossing {
-    Vec3 on_rim, on_line, tangent; ///< of the rim, unit
-    double t = 0;                  ///< place on the line [m]
+    Vec3 on_rim, on_line; ///< the two points [m]
+    Vec3 tangent;         ///< of the rim there, unit
+    double t = 0;         ///< distance of on_line from the line's origin [m]
 };
 
 /// The one found by Newton's method from a place on the line; nothing if it does not settle.
@@ -54,8 +55,9 @@ struct RimCrossing {
 std::optional<RimCrossing> rim_crossing(const TurnedCylinder& cylinder, std::size_t end,
                                         const Vec3& from, const Vec3& along, double start);
 
-/// Where to start: where the line crosses the rim, seen along the axis, or comes nearest to it.
-/// @returns how many
+/// Starts for rim_crossing: where the line crosses the rim, seen along the axis, or comes nearest
+/// to it [m along the line].
+/// @returns their number, 1 or 2
 int crossing_starts(const TurnedCylinder& cylinder, const Vec3& from, const Vec3& along,
                     double starts[2]);
 

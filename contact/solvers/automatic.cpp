@@ -17,18 +17,18 @@ constexpr double kPathSteps = 10; ///< steps that a path is expected to take
 /// The same in a network of bodies. Its sweeps slow down: a digit takes twice as many as the last.
 constexpr int kNetworkBatch = 5;
 constexpr double kNetworkSteps = 7, kSlowing = 2;
-/// Newton on the law itself: three steps where the sweeps have found which contacts do what, and
-/// left as soon as it gets no closer.
+/// Newton on the law itself: three steps where the sweeps have found the states of the contacts,
+/// ended as soon as the error is not reduced.
 constexpr NewtonPath kQuickNewton{.smooth = false, .steps = 8, .rejections = 1};
-/// The same by full steps, as a primal-dual active set: what most often leads to the end where few
-/// contacts change what they do, and else costs little beside the ways that are left.
+/// The same by full steps, as a primal-dual active set: it converges most often where few contacts
+/// change their state, and else costs little beside the remaining methods.
 constexpr NewtonPath kFreeNewton{.smooth = false, .free = true, .steps = 12};
 /// In a network of rigid bodies whose reactions W does not distinguish: widely rounded, since the
 /// reactions that W does not determine must leave the corners where sweeps have left them, and with
-/// every single contact near the path before it continues: the mean of ten thousand gives no
-/// information of the few that jam the next step. Those are solved apart.
+/// every single contact near the path before it continues: the mean of ten thousand does not show
+/// the few that shorten the next step. Those are eliminated.
 constexpr NewtonPath kNetworkPath{.widest = 1e-2, .worst = 3, .fastest = 0.1, .few = 80};
-constexpr double kQuickSteps = 3;  ///< that it takes where it leads to the end
+constexpr double kQuickSteps = 3;  ///< that it takes where it converges
 constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
 constexpr double kSweepRoundOff = 1e-15;
 constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
@@ -40,8 +40,8 @@ constexpr double kSoft = 1e-10;
 constexpr int kPathsBetween = 3;
 constexpr double kProximal[] = {0.3, 0.01};
 
-/// From here on which contacts do what is known, but for those at a corner: sweeps, and Newton from
-/// where they lead, find the last digits that a path loses where W is singular.
+/// Below this error the states of contacts are known, except at corners of the law: sweeps, and
+/// Newton from their result, find the last digits that a path loses where W is singular.
 constexpr double kNearly = 1e-9;
 constexpr int kFirstPolish = 100, kPolishes = 5; ///< sweeps, twice as many in each round
 
@@ -68,7 +68,7 @@ double linearising_cost(const SolverWork& work)
     return 100 * static_cast<double>(work.r.size());
 }
 
-/// Are so many steps of Newton's method at least this dear?
+/// Do so many steps of Newton's method cost at least this?
 bool steps_cost_at_least(double limit, double steps, const SolverWork& work,
                          ShiftedDelassus& matrix, Eigen::Index closed_rows)
 {
@@ -85,7 +85,8 @@ Eigen::Index rows_with_force(const SolverWork& work)
     return count;
 }
 
-/// Is there a direction that closes gaps and that nothing feels? Asked where a path led nowhere.
+/// Is there a direction in the null space of W that closes gaps? Tested where a path has not
+/// converged.
 std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
 {
     if (work.problem.W.is_matrix_free()) return {}; // its normal rows cost a product each
@@ -96,7 +97,7 @@ std::optional<InfeasibilityProof> search_proof(const SolverWork& work)
         SolverOptions options;
         options.tolerance = 1e-10;
         options.max_seconds =
-            work.progress.seconds_left(); // too short an evaluation proves nothing
+            work.progress.seconds_left(); // after too few iterations there is no proof
         options.stop = work.options.stop;
         SolverWork inner(normals, options, Eigen::VectorXd::Zero(normals.q.size()));
         ShiftedDelassus matrix(inner);
@@ -138,8 +139,8 @@ void solve_automatically(SolverWork& work, bool warm)
     ShiftedDelassus matrix(work);
 
     // ---- From a warm start: free steps
-    // What sweeps would find out, which contacts do what, the start knows; not in a network of
-    // rigid bodies, whose reactions are not unique: full steps run away.
+    // The states of contacts, which sweeps would find, are those of the start; not in a network of
+    // rigid bodies, whose reactions are not unique: full steps diverge.
     const bool network = work.problem.W.is_of_bodies();
     if (warm && !network && !work.problem.W.is_matrix_free() && contact_count(work.problem) > 1) {
         const Eigen::Index closed = rows_with_force(work);
@@ -174,13 +175,13 @@ void solve_automatically(SolverWork& work, bool warm)
     }
 
     // ---- Newton's method and the path
-    // Where sweeps have hardly helped, what they have reached is no better a start than none.
+    // Where sweeps have hardly reduced the error, their result is no better start than r = 0.
     NewtonPath first = network ? kNetworkPath : NewtonPath{};
     first.from_afar = !helped;
     if (follow_path(work, matrix, first)) return;
     work.take_best();
     if (network && work.progress.best_error() > work.options.acceptable) {
-        // Near round-off short steps of all may yet lead on.
+        // Near round-off short steps of all contacts may still converge.
         first.few = 0;
         first.from_afar = false;
         if (follow_path(work, matrix, first)) return;
@@ -210,8 +211,8 @@ void solve_automatically(SolverWork& work, bool warm)
         return false;
     };
     if (polish()) return;
-    // Each close path from afar: where one folds back the next may not, and each costs less than
-    // all that can be tried around one of them.
+    // Each close path from a remote start: where one folds back the next may not, and each costs
+    // less than the methods that follow.
     for (NewtonPath path : kClosePaths) {
         path.from_afar = true;
         if (follow_path(work, matrix, path)) return;
@@ -222,13 +223,13 @@ void solve_automatically(SolverWork& work, bool warm)
     matrix.trust();
     if (follow_proximal_paths(work, matrix, kProximal[0])) return;
     work.take_best();
-    // Then from the best there is, with corners of several widths, proximal problems and sweeps in
-    // turns, again and again.
+    // Then, from the best iterate, corners of several widths, proximal problems and sweeps in
+    // turns.
     int tried = 0;
     for (int round = 0;; ++round)
         for (NewtonPath path : kClosePaths) {
             if (work.progress.best_error() <= work.options.acceptable || polish()) return;
-            // Once round, corners that make r leave where it is stuck come first.
+            // In later rounds wide corners come first, by which r leaves its present place.
             for (double widest : {0.3, 1e-3, 0.0}) {
                 if (widest == 0.3 && round == 0) continue;
                 path.widest = widest;

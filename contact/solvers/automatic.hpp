@@ -4,12 +4,13 @@
 
 namespace amontons {
 
-/// Accelerated sweeps as long as they are the cheapest way; else the path of Newton's method;
-/// where that leads nowhere, both in turns, each from the best that the other reached.
+/// Accelerated sweeps while they are the cheapest method; else Newton's method along the path;
+/// where that does not converge, both in turns, each from the best iterate of the other.
 ///
-/// What is cheapest is judged by the rate of the last sweeps and by counted operations, never by
-/// the clock: the same input takes the same way.
-/// @param warm  the start is near a solution: which contacts do what is known, but for a few
+/// The cost is predicted from the rate of the last sweeps and from counted operations, never from
+/// the clock: the same input gives the same iterates.
+/// @param warm  the start is near a solution: the state (open, stick, slip) of all but a few
+///              contacts is that of the solution
 void solve_automatically(SolverWork& work, bool warm);
 
 } // namespace amontons

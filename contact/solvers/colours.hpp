@@ -13,7 +13,8 @@ struct Colours {
     std::vector<int> colour;  ///< of groups without a common body: where each begins, and the end
 };
 
-/// Groups take the lowest colour that none of their bodies has, in the order of the contacts.
+/// Greedy colouring, in the order of the contacts: a group receives the lowest colour that none of
+/// its bodies has.
 Colours colours_of(const Columns& columns, int contacts);
 
 } // namespace amontons

@@ -6,12 +6,12 @@
 
 namespace amontons {
 
-/// W by the columns of its contacts, as solvers that move one contact at a time read it.
+/// W by the columns of its contacts, for solvers that change one contact at a time.
 ///
-/// Dense W is used where it is; sparse W is copied into blocks, one for each pair of contacts
-/// that feel each other, four numbers a column: what a vector register holds. Of a W of
-/// bodies the columns of G are copied: what a contact does is reported by the motions v = G r of
-/// its bodies. Refers to the problem. Matrix-free W has no columns.
+/// Dense W is used in place; sparse W is copied into blocks, one for each pair of coupled contacts,
+/// four numbers a column: the width of a vector register. Of a W of bodies the columns of G are
+/// copied: the effect of a contact is on the motions v = G r of its bodies. Refers to the problem.
+/// Matrix-free W has no columns.
 class Columns {
 public:
     /// Numbers from one column of a block of sparse W to the next.
@@ -22,15 +22,17 @@ public:
     /// u += W(:, contact) change. @param change  as many numbers as the contact has rows
     void add(int contact, const double* change, Eigen::VectorXd& u) const;
 
-    /// u of a sweep: as it is for dense W and one of bodies, else kStride numbers for each contact.
+    /// u in the layout of a sweep, "slots": u itself for dense W and W of bodies, else kStride
+    /// numbers for each contact.
     void spread(const Eigen::VectorXd& u, Eigen::VectorXd& slots) const;
     /// Copies u from the slots of columns to rows, one contact after another.
     void collect(const Eigen::VectorXd& slots, Eigen::VectorXd& u) const;
-    /// Where a contact's u begins in it.
+    /// First number of a contact's u among the slots.
     int slot(int contact) const { return in_slots() ? kStride * contact : first_row(contact); }
-    /// add() on it.
+    /// slots += W(:, contact) change.
     void add_to_slots(int contact, const double* change, Eigen::VectorXd& slots) const;
-    /// Stored blocks, or as much of G: what a product or a sweep costs is proportional to it.
+    /// Number of stored blocks, or the equivalent amount of G; the cost of a product or a sweep is
+    /// proportional to it.
     std::size_t blocks() const;
 
     /// The first row of a contact in u, r and q.
@@ -38,9 +40,10 @@ public:
     /// Rows of a contact: 1 or 3.
     int rows(int contact) const { return first_row(contact + 1) - first_row(contact); }
 
-    /// W of bodies: v = G r of all of them, and what a contact reads and changes of it.
+    /// W of bodies: v = G r, the motions of all bodies one after another.
     void start(const Eigen::VectorXd& r, Eigen::VectorXd& v) const;
-    /// u of a contact: q + W r. @param u  as many numbers as it has rows
+    /// W of bodies: u = q + W r of a contact, from v = G r.
+    /// @param u  as many numbers as it has rows
     void read(int contact, const Eigen::VectorXd& r, const Eigen::VectorXd& v, double* u) const;
     /// v += G_i change of the contact, over its bodies.
     void add_to_bodies(int contact, const double* change, Eigen::VectorXd& v) const;
@@ -54,8 +57,8 @@ public:
         std::size_t G = 0; ///< see columns_of()
         int k = 0, at = 0, part = 0;
     };
-    /// A piece's columns of G, one after the other. They are kept contact by contact: what walks
-    /// over the contacts of a pile would else wait for memory at each of them. Entries of G.
+    /// A piece's columns of G, one after the other. They are stored contact by contact, so that a
+    /// loop over the contacts of a pile reads memory in order. Entries of G.
     const double* columns_of(const Piece& piece) const { return number_.data() + piece.G; }
     /// v += G change of a piece; u += G^T v. v and u begin at those of the body and the contact.
     void add_to_motion(const Piece& piece, int contact, const double* change, double* v) const;
@@ -65,7 +68,7 @@ public:
     const Piece* pieces_begin(int contact) const { return piece_.data() + at(contact); }
     /// One past its last piece.
     const Piece* pieces_end(int contact) const { return piece_.data() + at(contact + 1); }
-    /// The contacts that feel this one, itself among them, ascending; sparse W only.
+    /// The contacts that W couples with this one, itself included, ascending; sparse W only.
     const int* neighbours_begin(int contact) const { return neighbour_.data() + at(contact); }
     /// One past the last neighbour of a contact.
     const int* neighbours_end(int contact) const { return neighbour_.data() + at(contact + 1); }

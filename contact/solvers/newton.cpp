@@ -21,14 +21,14 @@ constexpr double kFirstShift = 1e-6, kLargestShift = 1, kSmallestShift = 1e-12;
 constexpr double kRaise = 10, kLower = 0.1;
 constexpr double kHeldShift = 1e-4; ///< least one after a few contacts have not been solved apart
 constexpr double kFloor = 1e-12;    ///< always there: stick contacts of a singular W need it
-/// The same of bodies, whose network has many such: a lower one leaves reactions that nothing shows
-/// apart running past each other.
+/// The same of bodies, whose network has many such: a lower one leaves reactions that W does not
+/// distinguish diverging against each other.
 constexpr double kFloorOfBodies = 1e-6;
 constexpr double kShort = 0.1, kLong = 0.5;
 constexpr double kWiden = 10;
-/// Full steps may lead where W is singular and nothing holds the reactions: when they are so many
-/// times what they were, and what W's diagonal would ask for. Larger ones would give less than 1e-9
-/// of the motion, and rounding would pass for a solution.
+/// Full steps may diverge along the null space of W: they end when r is so many times what it was,
+/// and what the diagonal of W would require. Larger ones would give less than 1e-9 of the motion,
+/// and rounding would pass for a solution.
 constexpr double kRunAway = 1e4;
 
 Eigen::Index rows_of_closed(const Columns& columns, const std::vector<LinearisedLaw>& law)
@@ -56,7 +56,7 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     ScaledProblem scaled(work);
 
     // ---- Scales, law and shift
-    // What the law sees is v = u + alpha S^-2 (r - centre).
+    // The law is between r and v = u + alpha S^-2 (r - centre).
     const bool near_centre = proximal.alpha > 0;
     Eigen::VectorXd stiffness, v;
     if (near_centre) stiffness = proximal.alpha * work.scale.array().square().inverse();
@@ -76,8 +76,8 @@ PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath&
     Smoothing smoothing;
     smoothing.rho = path.rho;
     smoothing.spread = path.spread;
-    // A dense factor gets cheaper with each contact that takes no part; a sparse one hardly, and a
-    // packing of many redundant contacts needs the weak ones.
+    // A dense factor gets cheaper with each contact left out; a sparse one hardly, and a packing
+    // with many redundant contacts needs the weak ones.
     smoothing.open = problem.W.is_dense() ? 1e-2 : 1e-6;
     const double widest = 1 / root_n;
 

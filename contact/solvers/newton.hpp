@@ -6,15 +6,16 @@
 
 namespace amontons {
 
-/// A term alpha (r - centre) beside W r + q, each contact in its own scale: what is followed is
-/// then the path of that easier problem. Its solution is the problem's own where r is the centre.
+/// A proximal term: u = W r + q + alpha (r - centre), each contact in its own scale. The path that
+/// is followed is then that of this easier problem; its solution solves the original problem where
+/// it equals the centre.
 struct Proximal {
     double alpha = 0;       ///< over an own block's mean diagonal, > 0 [-]
     Eigen::VectorXd centre; ///< rows [N]
     double target = 0;      ///< rounding over all contacts at which the path has arrived [-]
 };
 
-/// How a Newton solver walks.
+/// Parameters of Newton's method along the central path.
 struct NewtonPath {
     bool smooth = true;     ///< round the corners of the law and let the rounding tend to zero;
                             ///< false: semismooth Newton on the law itself
@@ -24,22 +25,25 @@ struct NewtonPath {
     double widest = 1e-3;
     double reduction = 0.3; ///< of the rounding, when its equation is solved [-]
     double closeness = 1;   ///< ||F|| over the rounding of all contacts at which it is solved [-]
-    /// and no contact alone is further from its own, in a rounding [-]
+    /// Also required: the largest |F_i| of one contact over the rounding is no more than this [-].
     double worst = std::numeric_limits<double>::infinity();
-    double fastest = 1e-3; ///< least reduction at once, when a full step lands far below that [-]
-    double rho = 3;        ///< weight of u beside r [-]
-    double spread = 3;     ///< rounding of friction's discs over that of the normal law [-]
+    /// Smallest factor on the rounding at once, after a full step that ends far below it [-].
+    double fastest = 1e-3;
+    double rho = 3;    ///< weight of u beside r [-]
+    double spread = 3; ///< rounding of friction's discs over that of the normal law [-]
     /// So many contacts at most that a full step leaves further than `worst` from the path are
     /// solved apart (ScaledProblem::solve_few); W of bodies only.
     std::size_t few = 0;
-    bool free = false;  ///< full steps, whatever they do to ||F||
-    int steps = 100;    ///< at most
-    int rejections = 3; ///< then the corners are rounded wider; without corners, it is left
-    int patience = 25;  ///< steps without a lower rounding after which it is taken to fold back
+    bool free = false; ///< full steps without a line search, even where ||F|| increases
+    int steps = 100;   ///< at most
+    /// Line searches in a row that may fail; then the corners are rounded wider, or, without
+    /// rounding, the path ends.
+    int rejections = 3;
+    int patience = 25; ///< steps without a lower rounding after which the path counts as folded
 };
 
-/// For where the quick path is lost: these keep much closer to theirs. Each smoothing has another
-/// path, and where one folds back the next may not.
+/// Paths for problems on which the quick one fails: the iterates stay much closer to the path. Each
+/// smoothing has a path of its own, and where one folds back the next may not.
 constexpr NewtonPath close_path(double reduction, double closeness, double rho, double spread)
 {
     return {.reduction = reduction,
@@ -58,9 +62,9 @@ constexpr NewtonPath kClosePaths[] = {close_path(0.6, 0.05, 3, 3), close_path(0.
 
 /// How a path ended.
 enum class PathEnd {
-    over,    ///< the progress ended
+    over,    ///< SolveProgress::ends(): solved, or a limit was reached
     arrived, ///< at the target of a proximal problem
-    lost     ///< it leads no further
+    lost     ///< no further step is found
 };
 
 /// Newton on the law of Alart & Curnier, all contacts together, along the path of its smoothings.
@@ -70,17 +74,18 @@ enum class PathEnd {
 /// Levenberg-Marquardt shift where the line search fails. Insensitive to contrasts of stiffness
 /// and mass; singular W is no obstacle.
 /// Cost of a step: one factor of ShiftedDelassus, 10 to 40 steps.
-/// @returns true if the progress ended, false if the path leads no further
+/// @returns true if SolveProgress::ends(), false if no further step is found
 bool follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& path);
-/// The same for the problem with a proximal term; the progress judges the problem as it is.
+/// The same for the problem with a proximal term; errors are those of the problem without it.
 PathEnd follow_path(SolverWork& work, ShiftedDelassus& matrix, const NewtonPath& path,
                     const Proximal& proximal);
 
-/// The solvers of that name. `newton` is semismooth: it begins with sweeps, for far from the
-/// solution it leads nowhere; more sweeps where it fails.
+/// The solver `newton`: semismooth Newton. It begins with sweeps, since it does not converge from a
+/// remote start; more sweeps follow where it fails.
 void solve_by_newton(SolverWork& work);
-/// Newton's method along a central path, from `work`; warm: from its reaction.
-/// docs/theory/contact.md.
+/// The solver `path`: Newton's method along the central path (docs/theory/contact.md).
+/// @param warm  start at the reaction of `work` with corners as wide as its error, not as the
+///              problem
 void solve_by_path(SolverWork& work, bool warm);
 
 } // namespace amontons

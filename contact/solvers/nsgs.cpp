@@ -8,12 +8,12 @@
 namespace amontons {
 namespace {
 
-/// The error is examined again after this share of the sweeps done: looking costs a fifth of a
-/// sweep, and what is swept too far is no more.
+/// The error is examined again after this share of the sweeps done: an evaluation costs a fifth of
+/// a sweep, and superfluous sweeps cost no more.
 constexpr int kSeldom = 20, kSeldomest = 32;
 
-/// Is r running away? Asked at these sweeps: the direction settles late. What it grew in two
-/// sweeps is what it grew forward and backward.
+/// Does r diverge? Tested at these sweeps, as the direction settles late, by the growth in two
+/// sweeps, forward and backward.
 constexpr int kFirstProof = 32;
 constexpr int kProofFactor = 2;
 constexpr int kProofSweeps = 2;
@@ -80,8 +80,8 @@ bool AcceleratedNsgs::advance(int sweeps)
         const bool rounded = sweeper_.is_rounded() && has_last_;
         if (rounded) before_ = work_.u;
         if (work_.progress.ends(work_.r, work_.u)) return true;
-        // Where u was computed anew, the last one lacks nearly the same: else their difference
-        // would be mostly what both lacked.
+        // Where u was computed anew, the last u is corrected by nearly the same: else their
+        // difference would be mostly this correction.
         if (rounded) last_u_ += work_.u - before_;
         if (work_.progress.error() > kDisorder * best_) restart();
         best_ = std::min(best_, work_.progress.error());

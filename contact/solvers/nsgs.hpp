@@ -19,10 +19,10 @@ class AcceleratedNsgs {
 public:
     explicit AcceleratedNsgs(SolverWork& work); ///< refers to it
 
-    /// @param sweeps  at most
-    /// @returns true if the progress ended, false if the sweeps were used up
+    /// Up to this many sweeps, each followed by an extrapolation.
+    /// @returns true if SolveProgress::ends(), false if the sweeps were used up
     bool advance(int sweeps);
-    /// Forgets what it uses: r has been changed from outside.
+    /// Drops the history of differences: to be called when r has been changed from outside.
     void restart();
 
 private:

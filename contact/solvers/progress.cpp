@@ -78,13 +78,13 @@ bool SolveProgress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exac
                             : static_cast<int>(kThinning * run_.iterations);
     }
     if (success) {
-        // The threshold rose with the floor of this r: a better error at another is no excuse.
+        // The threshold rose with the floor of this r: a smaller error at another r does not count.
         run_.reaction = rounded_.size() > 0 ? rounded_ : r;
         run_.status = SolveStatus::converged;
         return true;
     }
     run_.status = SolveStatus::stagnated;
-    if (!std::isfinite(error_)) return true; // what follows can only be as meaningless
+    if (!std::isfinite(error_)) return true; // iterates from here on are not finite either
     if (must_stop()) {
         run_.status = SolveStatus::out_of_time;
         return true;

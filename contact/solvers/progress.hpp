@@ -18,7 +18,7 @@ struct SolverRun {
     InfeasibilityProof proof;
 };
 
-/// Watches the iterates of a solver: error, best reaction, limits, stagnation.
+/// Evaluates the iterates of a solver: error, best reaction, limits, stagnation.
 ///
 /// Allocates when made and seldom after: the thinned history is the only thing that grows.
 class SolveProgress {
@@ -40,7 +40,7 @@ public:
     void prove(InfeasibilityProof proof);
 
     /// Is there time for a step that takes this long [s]? Not if it would end after twice
-    /// max_seconds; the run then ends as out of time.
+    /// max_seconds; the solve then ends as out of time.
     bool has_time_for(double seconds);
     /// Of max_seconds [s].
     double seconds_left() const { return std::max(0.0, options_.max_seconds - clock_.seconds()); }
@@ -56,7 +56,7 @@ public:
     const Eigen::VectorXd& residuals() const { return residuals_; }
     const Eigen::VectorXd& best() const { return run_.reaction; } ///< iterate of the least error
     double best_error() const { return best_; }                   ///< [-]
-    /// Counted so far.
+    /// Iterations so far.
     int iterations() const { return run_.iterations; }
     /// The result, at the end of a solve.
     SolverRun result() && { return std::move(run_); }

@@ -6,10 +6,10 @@ namespace amontons {
 namespace {
 
 constexpr int kProblems = 60;               ///< solved at most
-constexpr int kFailures = 9;                ///< then it is given up
+constexpr int kFailures = 9;                ///< after them it ends without a solution
 constexpr double kLess = 1. / 3, kMore = 5; ///< alpha after a success, after a failure
 constexpr double kLeast = 1e-9, kMost = 10; ///< alpha
-constexpr double kCloser = 0.01;            ///< each problem's error over that of its centre
+constexpr double kCloser = 0.01; ///< error to which each problem is solved, over that of its centre
 constexpr double kClosest = 1e-13;
 
 } // namespace

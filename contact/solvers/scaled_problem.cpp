@@ -9,7 +9,7 @@
 namespace amontons {
 namespace {
 
-// Newton's method on a few contacts apart: as far as a tenth of what is asked for.
+// Newton's method on a few contacts apart: to a tenth of the limit.
 constexpr int kFewSteps = 40, kFewHalvings = 12;
 constexpr double kFewEnough = 0.01, kFewSolved = 0.1;
 

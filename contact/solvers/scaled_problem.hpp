@@ -9,7 +9,7 @@ namespace amontons {
 /// The problem in dimensionless numbers: r = s f r', u = f u' / s with one s per contact that
 /// gives each own block the mean diagonal 1, and the force f that gives q' the norm 1.
 ///
-/// Reactions and motions appear and disappear in their own units, F is dimensionless.
+/// Arguments r, u and directions are in physical units; F is dimensionless.
 class ScaledProblem {
 public:
     explicit ScaledProblem(const SolverWork& work); ///< refers to its problem, columns and scale
@@ -25,6 +25,7 @@ public:
     /// @returns false if there are none that are new, or more than `most` with those there
     bool add_beyond(double limit, std::size_t most, const Eigen::VectorXd& r,
                     const Eigen::VectorXd& u, const Smoothing& s, std::vector<int>& few) const;
+    /// Linearises the law of every contact at (r, u) and this rounding.
     /// @returns  |F| (scaled)
     double linearise(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s,
                      std::vector<LinearisedLaw>& law) const;

@@ -22,18 +22,18 @@ public:
     ShiftedBodies(const ContactProblem& problem, const Columns& columns,
                   const Eigen::VectorXd& scale); ///< refers to all three
 
-    /// Order and pattern, once.
+    /// Finds the elimination order and the pattern of the factor, once.
     void analyse();
-    /// What a factor costs [ns on one core of 2024], once analysed.
+    /// Estimated time of a factor [ns on one core of 2024], once analysed.
     double cost() const { return lu_.cost(); }
-    /// The least that it costs [ns].
+    /// A lower bound of it that needs no analysis [ns].
     double filling_cost() const;
     /// @returns false if it is singular to working precision
     bool factorise(const std::vector<LinearisedLaw>& law, double shift);
     /// x on closed rows, 0 on open ones.
     void solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;
-    /// How the motions of some contacts follow forces on them that come on top of their reactions,
-    /// while all contacts answer by their E: by rows, those of the contacts one after another.
+    /// Motions of some contacts by unit forces on them in addition to their reactions, while all
+    /// contacts respond by their E: rows and columns are the contacts' rows, one after another.
     Eigen::MatrixXd response(const std::vector<int>& contacts) const;
     /// E^-1, 0 of an open contact.
     const Mat3& inverse(int contact) const { return inverse_[std::size_t(contact)]; }

@@ -12,7 +12,7 @@ constexpr int kGmresSteps = 200;
 // Refinement of a factor without pivoting ends when it is this good, or no longer gets better.
 constexpr double kRefined = 1e-12, kRefining = 0.5;
 constexpr int kRefinements = 6;
-/// Of a W of bodies, whose W x is as dear as the factor's x: a direction needs no more.
+/// Of a W of bodies, whose W x costs as much as the factor's x: a direction needs no more.
 constexpr double kRefinedOfBodies = 1e-5;
 /// Not good enough for a Newton direction: a dense factor, which pivots, is taken from then on...
 constexpr double kPoor = 1;

@@ -31,8 +31,8 @@ public:
     /// @param product  leaves with S W S x
     /// @returns false if the factor is too inaccurate, and too large for one that is not
     bool solve(const Eigen::VectorXd& b, Eigen::VectorXd& x, Eigen::VectorXd& product);
-    /// Of a factor of W of bodies: what forces on some contacts change of their reactions and
-    /// motions, if they come on top of what all contacts answer by their D; by rows, those of the
+    /// Of a factor of W of bodies: changes of the reactions and motions of some contacts by
+    /// additional forces on them, while all contacts respond by their D; by rows, those of the
     /// contacts one after another.
     struct Response {
         /// Reactions and motions of the chosen contacts by unit forces on them.
@@ -41,13 +41,13 @@ public:
     /// Linear response of these contacts: see Response.
     Response response(const std::vector<int>& contacts) const;
     double shift() const { return shift_; } ///< of the last factor, no less than was asked for
-    /// Forgets that factors without a search of pivots have been too inaccurate.
+    /// Factors without a search of pivots are tried again, although one has been too inaccurate.
     void trust() { distrusted_ = false; }
-    /// What a factor of this many closed rows costs [ns on one core of 2024]; 0 for a matrix-free
-    /// W, whose products nobody knows the cost of.
+    /// Estimated time of a factor of this many closed rows [ns on one core of 2024]; 0 for a
+    /// matrix-free W, the cost of whose products is unknown.
     double cost(Eigen::Index closed_rows);
-    /// Is that this much [ns] or more? Where W's own size shows it, its pattern is not analysed: the
-    /// analysis of a large packing takes longer than the sweeps that solve it.
+    /// Is cost(closed_rows) at least `limit` [ns]? Where the size of W shows it, the pattern is not
+    /// analysed: the analysis of a large packing takes longer than the sweeps that solve it.
     bool costs_at_least(double limit, Eigen::Index closed_rows);
 
 private:

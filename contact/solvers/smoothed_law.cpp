@@ -6,7 +6,7 @@
 namespace amontons {
 namespace {
 
-/// Stiffest entry of D: stiffer ones would drown the others in round-off. The direction of a
+/// Stiffest entry of D: stiffer ones would cause round-off in all others. The direction of a
 /// Newton step then errs by its inverse, the solution does not.
 constexpr double kStiffest = 1e10;
 

@@ -133,7 +133,7 @@ double Sweeper::visit_if_changed(int i)
     const bool frictional = kind_of(work_.problem, i) == ContactKind::frictional;
     const double* const u = u_.data() + work_.columns.slot(i);
     const int row = work_.columns.first_row(i);
-    if (frictional && u[0] >= 0 && work_.r[row] == 0) return 0; // open, and right
+    if (frictional && u[0] >= 0 && work_.r[row] == 0) return 0; // open, as the law requires
     double own = 0;
     double* const seen = seen_.data() + row;
     if (looks_) {
@@ -168,7 +168,7 @@ void Sweeper::visit(int i)
     double& guess = multiplier_[i];
     LocalReaction local = solve_local(block(i), work_.problem.mu[i], b, guess, true);
     if (local.state == LocalState::unsolved) local = solve_shifted(i, ri, b);
-    if (local.state == LocalState::unsolved) return; // r stays: the certificate shows it
+    if (local.state == LocalState::unsolved) return; // r is unchanged: the error shows it
     if (local.state == LocalState::slip) guess = local.multiplier;
 
     // By components: see solve_local.
@@ -184,7 +184,7 @@ void Sweeper::visit(int i)
 
 /// A proximal step: A + alpha in place of A, centred at the last reaction, so that a fixed point
 /// is one of the problem itself. For a block that has no solution alone (A_nn = 0, a wedge that
-/// locks), whose neighbours may yet help.
+/// locks), which may have one after its neighbours change.
 LocalReaction Sweeper::solve_shifted(int i, const Vec3& ri, const Vec3& b) const
 {
     const Mat3& A = own(i);

@@ -57,7 +57,7 @@ private:
     Colours colours_;                      ///< of a W of bodies
     double settled_ = 0, own_settled_ = 0; ///< changes squared that need no visit in this sweep
     bool looks_ = false;                   ///< are there any?
-    double worst_ = 0;     ///< largest change of u met in the last sweep, each at its own scale
+    double worst_ = 0;     ///< largest change of u in the last sweep, each at its own scale
     Eigen::VectorXd seen_; ///< u of each contact as its last visit left it, rows
 };
 

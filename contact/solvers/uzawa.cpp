@@ -9,7 +9,7 @@ namespace amontons {
 namespace {
 
 // The change of rho * û over that of r, in the norms that make both forces: below one the step
-// contracts. Between the two bounds rho is left alone.
+// contracts. Between the two bounds rho is unchanged.
 constexpr double kTooFast = 0.9;
 constexpr double kTooSlow = 0.3;
 constexpr double kShrink = 2.0 / 3, kGrow = 1.5;

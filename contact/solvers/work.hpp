@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// What the solvers of one problem share: they take r and u over from each other.
+/// Shared state of the solvers of one problem: each continues from the r and u of the one before.
 struct SolverWork {
     SolverWork(const ContactProblem& p, const SolverOptions& o, Eigen::VectorXd start)
         : problem(p)
@@ -23,7 +23,7 @@ struct SolverWork {
                 .setConstant(std::sqrt(progress.natural_map().rho(i)));
     }
 
-    /// Moves to a reaction.
+    /// Sets r to a reaction, and u = W r + q.
     void take(const Eigen::VectorXd& reaction)
     {
         r = reaction;
@@ -39,8 +39,8 @@ struct SolverWork {
     SolveProgress progress;
     Eigen::VectorXd r; ///< reaction of the current iterate, rows
     Eigen::VectorXd u; ///< W r + q, rows
-    /// S, rows: r / s and s u are of one size for all contacts, S W S has own blocks of mean
-    /// diagonal 1.
+    /// S, rows [sqrt(N/m)]: r / s and s u are of one size for all contacts, S W S has own blocks of
+    /// mean diagonal 1.
     Eigen::VectorXd scale;
 };
 

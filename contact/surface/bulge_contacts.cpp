@@ -14,8 +14,7 @@ namespace amontons {
 namespace {
 
 constexpr double kAtNode = 0.99; // its weight
-/// A ball as large as the cells is common: it must not be left to round-off which of the two is
-/// larger.
+/// A ball as large as the cells is common: round-off must not decide which of the two is larger.
 constexpr double kSmaller = 0.9;
 constexpr double kSameBulge = 1e-6; // of a face's length: one place on two faces
 

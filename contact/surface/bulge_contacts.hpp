@@ -6,8 +6,8 @@
 
 #include <functional>
 
-// Contacts of faces with what is round and smaller than they are: a ball that comes between the
-// nodes of a face touches none of them.
+// Contacts of faces with round bodies smaller than the faces: a ball between the nodes of a face
+// touches none of them.
 
 namespace amontons {
 

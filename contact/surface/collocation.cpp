@@ -131,7 +131,8 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
         const WallSample& sample = samples[at(slave.surface_nodes[at(carriers.node[i])])];
         c.gap = sample.distance;
         c.normal = sample.normal;
-        // No node may enter an obstacle, whichever way its faces look (the tip of a needle).
+        // No node may enter an obstacle, in whatever direction its faces are oriented (the tip of a
+        // needle).
         c.area = facing(carriers.of(i), c.normal).area;
         if (!(c.area > 0))
             for (const Patch& p : carriers.of(i))

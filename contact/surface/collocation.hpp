@@ -12,8 +12,8 @@
 
 namespace amontons {
 
-/// With a smooth rigid obstacle. Dual multipliers meet it at their nodes, so this is no less exact
-/// than integrals.
+/// With a smooth rigid obstacle. The constraints of dual multipliers are at their nodes, so this is
+/// no less exact than integrals.
 /// @param places  of all nodes of the mesh, finite [m]
 /// @param wall    called once for each node that carries a multiplier
 /// @param reach   contacts are made where the gap, or the overlap, is no larger [m]

@@ -35,9 +35,11 @@ public:
     /// Adds the integrals of one slave face to its multipliers.
     void add(std::size_t slave_face, const FaceMultipliers& multipliers, const FaceSums& sums);
 
-    /// A multiplier with less than 5 % of its full area joins its neighbour with the largest: next
-    /// to no area its functional would be held as firmly as any other. The sum of areas and the
-    /// total force stay. Contacts with |gap| > reach are left out.
+    /// The contacts of all faces that were added. A multiplier with less than 5 % of its full area
+    /// is merged with its neighbour of the largest area: its constraint on almost no area would
+    /// count as much as any other. The sum of areas and the total force are kept. Contacts with
+    /// |gap| > reach are left out.
+    /// @param slave_places, master_places  of all nodes of each mesh [m]
     SurfaceContacts contacts(std::span<const Vec3> slave_places,
                              std::span<const Vec3> master_places, double reach) const;
 

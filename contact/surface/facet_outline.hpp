@@ -18,8 +18,8 @@ bool is_within(const ConvexPolygon& p, const ConvexPolygon& q);
 /// Whether no corner turns inwards, seen along the normal; degenerate corners count as straight.
 bool is_convex_polygon(const ConvexPolygon& p);
 
-/// Calls visit with the convex parts of a facet's outline: a quadrilateral may look concave from
-/// the side, and is two triangles then.
+/// Calls visit with the convex parts of a facet's outline: that of a quadrilateral seen from the
+/// side may be concave, and is divided into two triangles then.
 template <class Visit> void for_convex_parts(const ConvexPolygon& p, Visit visit)
 {
     if (p.count == 3 || is_convex_polygon(p)) {

@@ -15,7 +15,7 @@
 namespace amontons {
 
 /// Faces are directed at each other, or the same way, if the cosine of their normals is no smaller:
-/// a pair at 78 degrees and more has no common normal worth the name.
+/// a pair at 78 degrees and more has no meaningful common normal.
 constexpr double kFacing = 0.2;
 
 /// A flat triangle or quadrilateral that stands for a face or a quarter of it.

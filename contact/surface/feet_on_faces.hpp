@@ -7,7 +7,7 @@
 #include <array>
 #include <optional>
 
-// Where points are over the outside of a solid that bends: what a curve (contact/curve) touches.
+// Feet of points on the surface of a deformable solid, for contacts of curves (contact/curve).
 //
 // A T6 counts as its four T3. Over faces that smooth edges join the foot of x is the y with
 // x = y + d n(y), n the smooth normal there: feet, normals and distances do not jump from one face
@@ -38,10 +38,10 @@ public:
     /// The foot at most `within` away [m], the nearest one.
     std::optional<FaceFoot> find(const Vec3& x, double within) const;
 
-    /// How far a face around this node reaches along a direction, at most [m]; 0: none is near.
+    /// The greatest extent, along a direction, of the faces around this node [m]; 0: none is near.
     /// @param along  unit, or 0: along any
     double width_at(std::int32_t node, const Vec3& along) const;
-    /// How far the face of a foot reaches along a direction [m].
+    /// The extent of the face of a foot along a direction [m].
     double length_along(const FaceFoot& foot, const Vec3& along) const;
     /// True if there are no faces.
     bool empty() const { return facets_.empty(); }

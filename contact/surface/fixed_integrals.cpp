@@ -245,7 +245,9 @@ template <int kNodes>
 void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polygon, int only,
                                  double share)
 {
-    // The master's facet over the plane: its height, and its normal by its corners'.
+    // ---- The master's facet over the plane z of the slave's facet: with xi the shares of its
+    // corners, height = height_0 + slope . (z - corner), n = n_0 + xi_1 n_1 + xi_2 n_2 (of unit
+    // length if smooth)
     MasterPlane over;
     std::array<Vec3, 3> corner;
     for (std::size_t k = 0; k < 3; ++k)
@@ -263,6 +265,7 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
         over.n[k] = over.smooth ? Vec3(master_.normals.corner(master.face, k) - over.n[0])
                                 : Vec3(Vec3::Zero());
 
+    // ---- Integration rule
     const double part = std::min(master.size / facet_->size, 1.0);
     int degree = 4;
     if (face_.nodes == 3 || part < kSmallSegment) degree = 2;
@@ -271,6 +274,8 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
     begin_polygon_(polygon[0], part);
     const bool in_blocks = face_.nodes == 3 || contraction_ < 1;
 
+    // ---- Sums over the points of the polygon: int N N^T, int N n^T, int N y^T, int N, n, y, 1,
+    // with y the place on the master and w = weight times the stretch of the slave's face
     Sums<kNodes> sums;
     alignas(64) double x[kBlock], y[kBlock], w[kBlock];
     int waiting = 0;
@@ -328,6 +333,7 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
     }
     flush();
 
+    // ---- To the sums of the facet: of dual functions, or of the one that is 1 there
     if (only < 0) {
         if (!std::exchange(has_dual_, true)) {
             dual_.NN.setZero();

@@ -6,8 +6,8 @@
 namespace amontons {
 
 /// Integrals of mortar_contacts over what faces of a slave share with a master that does not bend.
-/// Its stencils are of no use, so that places and normals of the master are integrated at once, and
-/// what belongs to a facet of the slave alone is found once, not at each of its many segments.
+/// It needs no stencils, so that places and normals of the master are integrated directly, and
+/// what depends on the slave's facet alone is computed once, not for each of its many segments.
 class FixedIntegrals {
 public:
     /// @param master, surface, places  outlive it; `places` in the master's frame

@@ -5,8 +5,8 @@
 
 namespace amontons {
 
-/// A surface that does not bend, with all that searches on it need. Made once, in a frame that
-/// moves with the surface: what may touch it is taken into that frame.
+/// A rigid surface with the data for searches on it. Made once, in a frame that moves with the
+/// surface: the other surface is transformed into that frame.
 struct FixedShape {
     const ExternalSurface& surface;
     const SharpFeatures& sharp;   ///< its sharp nodes and edges

@@ -36,9 +36,9 @@ namespace {
 /// face pass into those of a partly covered one: where bodies slide, a contact that changed them at
 /// once would have no balance between the two.
 constexpr double kWholeOverlap = 0.995, kPart = 0.9;
-/// Faces that are directed at each other by kFacing count from nothing on, by this cosine as a
-/// whole: the side of a block that is pressed until it rolls onto the floor would else be there at
-/// once, with the gap of all of it.
+/// The weight of faces directed at each other increases from 0 at kFacing to 1 at this cosine: else
+/// the side of a block that is pressed until it rolls onto the floor would be included at once,
+/// with its whole gap.
 constexpr double kFullyFacing = 0.6;
 /// More than the facet's area is covered: the master has layers.
 constexpr double kTwice = 1e-9;
@@ -58,7 +58,7 @@ struct Segment {
     const Facet* master = nullptr;
     ConvexPolygon polygon; ///< in the plane of the slave's facet
     double gap = 0;        ///< between the facets at its middle [m]
-    bool hides = false;    ///< the master's facet shows its back: it only hides what is behind it
+    bool hides = false;    ///< the back of a master's facet: it only covers what is behind it
 };
 
 class Mortar {
@@ -115,7 +115,7 @@ public:
 
 private:
     /// Where the master is searched for, beyond the reach: all of a face of which a part is near
-    /// must find its master, or it would look partly covered.
+    /// must find its master, else it would count as partly covered.
     double range_(const Facet& facet) const { return reach_ + facet.size / 2; }
 
     /// Whether two faces of one body have a node in common.
@@ -292,7 +292,8 @@ private:
         }
     }
 
-    /// What a segment counts for: a face that turns towards what is touched comes in by and by.
+    /// What a segment counts for: a face that turns towards the other surface is included
+    /// gradually.
     static double facing_(const Segment& s)
     {
         const double cosine = std::abs(s.slave->normal.dot(s.master->normal));

@@ -26,7 +26,8 @@ struct FaceMultipliers {
     std::array<double, 4> full{}; ///< integral of psi_i over the face [m^2]
 };
 
-/// Those of a face, in any coordinates.
+/// The dual multipliers of a face. Functions are the same in any coordinates, `full` is in the
+/// square of their unit.
 FaceMultipliers face_multipliers(const FaceInPlane& face);
 
 /// Where psi_i = 1 on a partly covered face: a convex polygon of the reference face. Those of all
@@ -34,8 +35,8 @@ FaceMultipliers face_multipliers(const FaceInPlane& face);
 ConvexPolygon nearest_part(int nodes, int multiplier);
 
 /// Integration points in the reference triangle for products of the functions of quadrilaterals
-/// that are no parallelograms.
-/// @param bend  half range of the area per reference area, of its mean, over the triangle
+/// that are no parallelograms; right to 1e-10.
+/// @param bend  half the range of the area per reference area over the triangle, over its mean [-]
 std::span<const QuadraturePoint> points_for_bend(double bend);
 
 } // namespace amontons

@@ -27,8 +27,8 @@ public:
     struct Found {
         const Facet* facet = nullptr; ///< null: none
         FacetPoint point;
-        /// False where another skin is nearer, on the other side of which the point lies: what was
-        /// found is then met through a whole body.
+        /// False where another part of the surface is nearer, and the point lies on the other side
+        /// of that: the body itself is then between the point and the place found.
         bool on_this_side = true;
     };
     /// The nearest facet within reach of x that is accepted. Of equally near ones the first.
@@ -62,9 +62,10 @@ public:
         return found;
     }
 
-    /// Whether a place on a surface belongs to the point: it is off the normal by no more than a
-    /// part of the distance. On convex facets it may be, by half the angle between two of them;
-    /// what is farther off lies on the surface's border, beside the point.
+    /// Whether a place on a surface is the foot of the point: the vector between them deviates from
+    /// the normal by no more than a part of its length. On convex facets it may deviate by half the
+    /// angle between two of them; with more the place lies on the surface's border, beside the
+    /// point.
     /// @param apart   from the place to the point [m]
     static bool is_over(const Vec3& apart, const Vec3& normal, const Facet& facet);
 

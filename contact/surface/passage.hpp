@@ -13,14 +13,16 @@ struct MovedSurface {
 };
 
 /// Where a node of one of two surfaces passed through a face of the other, from outside to more
-/// than `depth` behind it: what contacts at the end of a long step no longer see. Nodes and faces
+/// than `depth` behind it, which contacts at the end of a long step do not show. Nodes and faces
 /// move along straight lines; faces count as triangles between their nodes.
 /// @param depth  > 0 [m]
+/// @return  the place of such a node [m]; nothing if there is none
 /// Cost: O(n log n) where boxes around the paths meet.
 std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double depth);
 
-/// How thin the body below a surface is at its thinnest: from the middles of faces straight in, to
-/// where the surface looks the other way. Slivers among its elements make it no thinner.
+/// The least thickness of the body below a surface: measured from the middles of faces along their
+/// inward normal, to where the surface faces the other way. It does not depend on the shape of the
+/// elements.
 /// @param places  of all nodes of the mesh [m]
 /// @return  at most half the longest edge of any face [m]
 /// Cost: O(n log n).

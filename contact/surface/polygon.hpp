@@ -36,7 +36,8 @@ double area(const ConvexPolygon& p);
 /// The mean of the corners.
 Vec2 middle(const ConvexPolygon& p);
 
-/// The mean of the outline by its length: a side of no length that appears changes nothing.
+/// The centroid of the outline, sides weighted by their length: an additional side without length
+/// changes nothing.
 Vec2 middle_of_outline(const ConvexPolygon& p);
 
 /// The part of p on the left of the line from a to b. At most one corner more than p has; a
@@ -46,8 +47,8 @@ void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolyg
 /// What p and q share, empty if they share no area.
 void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out);
 
-/// What p does not share with q, in convex pieces, added to `pieces`.
-/// @param least  areas up to this are nothing
+/// The difference p \ q as convex pieces, appended to `pieces`.
+/// @param least  pieces up to this area are left out
 void subtract(const ConvexPolygon& p, const ConvexPolygon& q, double least,
               std::vector<ConvexPolygon>& pieces);
 

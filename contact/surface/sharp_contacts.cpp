@@ -15,8 +15,8 @@ namespace {
 
 using Piece = SharpFeatures::Piece;
 
-/// Faces beside what is sharp rise from what is touched (sine): by the first and more nothing else
-/// carries it, below the second faces meet.
+/// Sine by which faces beside a sharp feature rise from the other body: above the first there is no
+/// contact of faces, below the second faces are in contact.
 constexpr double kLeadsAway = 0.1, kLeastRise = -0.05;
 /// In between it may go this share of a face deeper, times what the rise lacks.
 constexpr double kDeeperWhereFlat = 0.1;
@@ -227,7 +227,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         const Vec3& x = place_at(own.places, f.nodes[i]);
         const std::int64_t id = f.nodes[i] + (own_is_slave ? 0 : kMasterNodes);
         // Mean gaps do not contain the corner of a T6, however flat its faces lie: as a block rolls
-        // onto its side, the corner would set in at once, and deep.
+        // onto its side, the contact of the corner would begin at once, with a large overlap.
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         // A nearer face that is opposite to one of its own faces counts, too: then there is none.
         const double by = bare ? kLeastRise : least_rise(id);
@@ -404,7 +404,7 @@ void Finder::edges_across_edges()
         };
         Vec3 n = direction(along_slave[i], x[0]).cross(direction(along_master[j], x[1]));
         n.normalize();
-        // Or a face beside one of them is what the other lies on.
+        // Or the other one lies on a face beside it.
         Vec3 normal = n;
         double rise = -1;
         const double enough = known_ ? least_rise(id) : kLeadsAway;

@@ -9,12 +9,13 @@
 #include <functional>
 #include <numbers>
 
-// Contacts at sharp corners and edges, which integrals over faces do not see: the faces beside them
-// turn away from what is touched, and the mean gap over such a face gives little information of its
+// Contacts at sharp corners and edges, which integrals over faces do not resolve: the faces beside
+// them are inclined to the other body, and the mean gap over such a face contains little of its
 // corner's.
 //
-// Corners and nodes of edges on faces, and edges across edges: with them surfaces of flat faces
-// meet in all the ways they can. All is as it is now, but for what is sharp: that is of the rest.
+// Corners and nodes of edges on faces, and edges across edges: with them every way in which
+// surfaces of flat faces can touch is covered. Places are the current ones; which corners and edges
+// are sharp is decided at rest.
 
 namespace amontons {
 
@@ -55,33 +56,37 @@ struct SharpSurface {
 
 /// Unit directions of the chains at the two nodes of each sharp piece.
 std::vector<std::array<Vec3, 2>> chain_directions(const SharpSurface& surface);
-/// The box that a piece is searched for in, and a margin around [m].
+/// The box around a piece, extended by a margin on all sides [m].
 BoundingBox piece_box(const SharpSurface& surface, const SharpFeatures::Piece& piece,
                       double margin);
 
 /// Contacts of a sharp node on a face, of a sharp edge across any edge of the other body, of either
-/// body against the other. Only where the faces beside what is sharp rise from the other body by
-/// more than 0.1 (sine): where one does not, faces meet, which mortar_contacts has.
-/// As faces lie flatter the contact does not end at once: it may overlap by a tenth of the face
-/// times what the rise lacks, and there is none below -0.05. So no force sets in at a threshold,
-/// and the balance does not depend on the way to it. Two meshes that slide on each other flush
-/// would lose their rims by that; there (`known`) a contact that has been found stays as it is.
+/// body against the other. Only where the faces beside the corner or edge rise from the other body
+/// by more than 0.1 (sine of their inclination): with less, faces touch, which is found by
+/// mortar_contacts. Below 0.1 the contact does not end at once: an overlap of a tenth of the face
+/// times what the sine lacks is allowed, and there is no contact below -0.05. So no force begins at
+/// a threshold, and the equilibrium does not depend on the path to it. Two meshes that slide flush
+/// on each other would lose the contacts of their rims by this rule; with `known` a contact once
+/// found is kept.
 ///
 /// Normals are those of the face that is touched, or across both edges where both are sharp; along
 /// a chain of edges those do not jump. Areas are 0, gaps are without the overlap that is left. An
 /// id is of the node, or of the chain and what it crosses.
 /// @param reach  contacts are made where the gap, or the overlap, is no larger [m]
 /// @param known  ids, ascending, of contacts that an iteration has found already: those stay until
-///               faces lean the other way, and others begin beyond 0.1; null: by and by, as above
+///               faces are inclined the other way, and others begin beyond 0.1; null: the gradual
+///               rule above
 /// @param bare_corners  whether the slave's sharp nodes that carry no multiplier (corners of T6)
-///               are contacts however their faces lie
-/// Cost: O(n log n) for pieces of similar length; nothing to speak of where nothing is sharp.
+///               are contacts at any inclination of their faces
+/// Cost: O(n log n) for pieces of similar length; negligible where nothing is sharp.
 SurfaceContacts sharp_contacts(const SharpSurface& slave, const SharpSurface& master, double reach,
                                const std::vector<std::int64_t>* known = nullptr,
                                bool bare_corners = false);
 
-/// Sharp nodes that carry no multiplier (corners of T6) on a smooth obstacle, however their faces
-/// lie.
+/// Contacts of sharp nodes that carry no multiplier (corners of T6) with a smooth obstacle, at any
+/// inclination of their faces. Areas are 0.
+/// @param wall   distance, normal and curvature of the obstacle
+/// @param reach  contacts are made where the gap, or the overlap, is no larger [m]
 SurfaceContacts sharp_wall_contacts(const SharpSurface& slave,
                                     const std::function<WallSample(const Vec3&)>& wall,
                                     double reach);

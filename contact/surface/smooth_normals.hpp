@@ -8,7 +8,7 @@
 namespace amontons {
 
 /// Which faces share a normal at the nodes of a surface: those that smooth edges around the node
-/// connect. Made once, of the surface at rest: a load may dent a face, no edge gets sharp by that.
+/// connect. Made once, of the surface at rest: an edge does not become sharp by deformation.
 class SmoothGroups {
 public:
     static constexpr double kSharp = std::numbers::pi / 6; ///< [rad]
@@ -24,14 +24,14 @@ public:
     SmoothGroups(const ExternalSurface& surface, std::span<const Vec3> places,
                  double sharp = kSharp);
 
-    /// The number of what a face shares its normal with at one of its nodes.
+    /// The group of a face at one of its nodes.
     std::size_t group(const ExternalSurface& surface, std::int32_t face, std::size_t node) const
     {
         return group_[static_cast<std::size_t>(surface.starts[std::size_t(face)]) + node];
     }
-    /// How many there are.
+    /// Number of groups.
     std::size_t groups() const { return begin_.size() - 1; }
-    /// By their faces.
+    /// The members of a group, by their faces.
     std::span<const Member> members(std::size_t group) const
     {
         return std::span(members_).subspan(begin_[group], begin_[group + 1] - begin_[group]);
@@ -61,7 +61,7 @@ public:
     /// The unit normal of a face with these values of its shape functions.
     Vec3 normal(std::int32_t face, const PerNode& values) const;
 
-    /// At one of the face's nodes, in its own order.
+    /// The unit normal at node k of a face, in the face's own order.
     const Vec3& corner(std::int32_t face, int k) const
     {
         return normals_[static_cast<std::size_t>(face)][static_cast<std::size_t>(k)];

@@ -126,7 +126,7 @@ Pattern random_graph(int n, int edges, std::mt19937& rng)
     return pattern;
 }
 
-/// Cells of a grid with k contacts each: those of a cell and of its neighbours feel one another.
+/// Cells of a grid with k contacts each: those of a cell and of its neighbours are coupled.
 Pattern grid(int side, int k)
 {
     Pattern pattern;

@@ -266,7 +266,7 @@ TEST_CASE("what every solver finds of a W of bodies is a solution of the sum")
             options.tolerance = 1e-7;
             const ContactSolution found = solve(p, options);
             CHECK(found.certificate.status == SolveStatus::converged);
-            // By the sum's own measure, which knows no bodies.
+            // By the sum's own measure, which is independent of the bodies.
             CHECK(certify(sum, found.reaction, 1.1e-7).status == SolveStatus::converged);
             CHECK((found.u - (sum.W * found.reaction + sum.q)).norm() < 1e-13 * p.q.norm());
         }

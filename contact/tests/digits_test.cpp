@@ -11,8 +11,8 @@ using namespace amontons;
 
 namespace {
 
-/// Stiff contacts, all slipping, and a soft one whose compliance sets rho; each feels the others a
-/// little.
+/// Stiff contacts, all slipping, and a soft one whose compliance sets rho; each is coupled with the
+/// others a little.
 ContactProblem stiff_beside_soft(int stiff, double contrast, double mu)
 {
     ContactProblem p;

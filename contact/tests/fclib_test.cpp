@@ -83,7 +83,7 @@ TEST_CASE("columns and rows and triplets hold the same matrix")
         CHECK((full_matrix(p.local->W) - W).norm() == 0);
         CHECK(p.local->W.is_dense()); // 5 of 9
         CHECK(p.local->level == ContactLevel::velocity);
-        CHECK_FALSE(p.says_level);
+        CHECK_FALSE(p.has_level);
     }
 }
 

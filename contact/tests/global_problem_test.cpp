@@ -147,7 +147,7 @@ TEST_CASE("the solution of the condensed problem solves the global one")
         CHECK((p.M * v - p.H * s.reaction - p.f).norm() <= 1e-12 * p.f.norm());
         CHECK((p.H.transpose() * v + p.w - s.u).norm() <= 1e-10);
         CHECK(std::abs(v[0] - v[7] + 0.05) <= 1e-9);
-        // The test can fail: a reaction too much is felt.
+        // The test can fail: one reaction too many changes the error.
         const Eigen::VectorXd other = s.reaction + Eigen::VectorXd::Unit(19, 0);
         CHECK((p.M * v - p.H * other - p.f).norm() > 0.1);
     }

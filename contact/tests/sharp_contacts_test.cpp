@@ -233,7 +233,7 @@ TEST_CASE("faces on faces are left to integrals and what a contact has flattened
     }
 }
 
-TEST_CASE("a contact comes by and by as faces part")
+TEST_CASE("a contact begins gradually as faces part")
 {
     // A block laid across another, lifted off it about its lower edge, and 10 um into it there.
     double left = 1;

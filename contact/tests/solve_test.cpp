@@ -353,7 +353,7 @@ TEST_CASE("groups that W does not couple are solved apart")
 
 TEST_CASE("redundant supports: reported to be not unique and shared evenly when asked")
 {
-    // A table on n legs of one rigid body: three motions (up, two tilts) feel n normal forces.
+    // A table on n legs of one rigid body: three motions (up, two tilts) under n normal forces.
     for (int n : {4, 8}) {
         ContactProblem p;
         Eigen::MatrixXd G = Eigen::MatrixXd::Zero(3 * n, 6);
@@ -511,7 +511,7 @@ TEST_CASE("any patience may be asked for")
 
 TEST_CASE("the least reaction is found from a warm start that solves the problem too")
 {
-    // Two equal contacts below one mass: only the sum of their reactions is felt.
+    // Two equal contacts below one mass: only the sum of their reactions moves it.
     ContactProblem p;
     p.W.dense().setOnes(2, 2);
     p.q = Eigen::Vector2d(-1, -1);

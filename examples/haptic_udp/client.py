@@ -15,7 +15,7 @@ instead, and gives it the force. The packet, 64 bytes, little-endian, both ways:
     3 double  rotation vector [rad]       torque on the hand [N m]
 
 The newest number is obeyed, whoever sends it: a second client with higher ones takes the device over. One
-number that is none (NaN, infinite) in a pose ends the force for good.
+number that is none (NaN, infinite) in a pose ends the force until the program is restarted.
 
 client.py [--port 5005] [--rate 1000] [--duration 5] [--depth 0.006]
 """
@@ -33,7 +33,7 @@ def main():
     options.add_argument("--port", type=int, default=5005)
     options.add_argument("--rate", type=float, default=1000, help="Hz")
     options.add_argument("--duration", type=float, default=5, help="s")
-    options.add_argument("--depth", type=float, default=0.006, help="m, where the hand wants to be")
+    options.add_argument("--depth", type=float, default=0.006, help="target depth of the hand [m]")
     a = options.parse_args()
 
     link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
@@ -59,7 +59,7 @@ def main():
             link.sendto(PACKET.pack(b"AMHP", number, time.monotonic_ns(), 0, 0, z, 0, 0, 0),
                         (a.host, a.port))
         except ConnectionError:
-            pass  # nobody listens yet
+            pass  # no listener yet
         # --- force in: the newest ---
         while True:
             try:

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// A trajectory: where the device was, over time.
+/// A trajectory: pose of a device over time.
 struct Trajectory {
     std::vector<double> time;   ///< strictly increasing [s]
     std::vector<HandPose> pose; ///< as many
@@ -17,11 +17,12 @@ struct Trajectory {
 
 /// Reads a trajectory from CSV. The first line names the columns, in any order, others are left
 /// out: time, x, y, z and, if the device turned, turn_x, turn_y, turn_z (a rotation vector); a unit
-/// in brackets may follow a name. So the trace of `amontons haptic` is one, but of a wire that is
-/// pushed along another axis than x: there the trace is in world axes, and a device pushes along x.
+/// in brackets may follow a name. So the trace of `amontons haptic` can be read, except that of a
+/// wire pushed along another axis than x: the trace is in world axes, whereas a device pushes along
+/// x.
 /// @param file  stands in the messages
-/// @throws InputError  with every line that is wrong: not numbers, time that stands still, passes
-/// back or continues for more than an hour
+/// @throws InputError  with every line that is wrong: not numbers, time that does not increase or
+///                     lasts for more than an hour
 Trajectory parse_trajectory(std::string_view text, const std::string& file);
 
 /// Plays a trajectory, resampled: linear between its points, turns along the shortest way. When it

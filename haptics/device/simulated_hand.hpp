@@ -28,13 +28,14 @@ struct HandOptions {
     int delay = 0;              ///< ticks from write to the motors
     double period = 1e-3;       ///< of the ticks [s]
     int substeps = 20;          ///< per tick; each is exact but for friction and the path
-    /// Where the hand wants to be: position and rotation vector; empty: at the origin.
+    /// The pose to which the spring pulls the hand, over time [s]: position [m] and rotation vector
+    /// [rad]; empty: the origin.
     std::function<Vec6(double time)> path;
     Vec6 start = Vec6::Zero();          ///< [m], [rad]
     Vec6 start_velocity = Vec6::Zero(); ///< [m/s], [rad/s]
 };
 
-/// The tests' device, in virtual time: nothing moves but by advance().
+/// A hand on a device, for tests, in virtual time: the state changes in advance() alone.
 class SimulatedHand : public Device {
 public:
     explicit SimulatedHand(HandOptions options);
@@ -42,8 +43,8 @@ public:
     DeviceSample read(double time) noexcept override;
     void write(const Wrench& wrench, double time) noexcept override;
 
-    /// One tick of the device under the wrench that is due. Work of the motors is counted exactly
-    /// as they did it.
+    /// One tick of the device under the wrench that is due after the delay. The motors' work is
+    /// the integral of their wrench over the displacement.
     void advance();
 
     /// Translation and rotation vector [m, rad].

@@ -22,12 +22,12 @@ namespace amontons {
 // At least 100 poses a second: the newest is repeated for 10 ms, and 20 ms without a new one is a
 // device that is lost. Of speed only what lies between two packets is known: by the sender's clock
 // if that runs and agrees with the packets' arrival within 10 ms, else by their arrival, which
-// jitters. Faster senders are felt better: 1000 a second or more are best.
+// jitters. The force is better with faster senders: 1000 a second or more.
 //
 // World axes. Whatever has another size or another beginning is left aside; a pose with an older
-// number than the last is, too. Forces are passed to where the newest pose came from: who sends a
-// higher number takes the device over. One number that is none (NaN, infinite) ends the force for
-// good.
+// number than the last is, too. Forces are sent to the address that the newest pose came from: who
+// sends a higher number takes the device over. A number that is not finite ends the force until the
+// program is restarted.
 
 using UdpPacket = std::array<unsigned char, 64>;
 

@@ -17,7 +17,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostHalvings = 4; // of the way to the device
-constexpr int kPatience = 3;     // iterations that get no nearer: the device is sooner met half way
+constexpr int kPatience = 3; // iterations without progress: a step half way to the device is faster
 constexpr double kMostRise =
     5; // of the error: contacts appear and disappear, as those on an edge do
 
@@ -53,8 +53,8 @@ Scene with_driven_handle(Scene scene)
     }
     for (RigidInput& r : scene.rigids) {
         if (r.name != h.handle) continue;
-        // It is compliant, on its spring: what "*" leaves out of two bodies that stand still is not
-        // meant, and a law that names the pair stands for it.
+        // The handle moves on its spring: pairs of "*" that are left out for two fixed bodies are
+        // needed, and are replaced by a law between two names.
         r.drive.given = false;
         for (const ContactLaw& law : written_out(scene))
             if (is_of(law, h.handle) && !is_named(scene, law)) scene.contact.push_back(law);

@@ -24,7 +24,7 @@ namespace {
 
 using Contacts6 = Eigen::Matrix<double, Eigen::Dynamic, 6>;
 
-/// Contacts beyond what is predicted in full: enough to hold a handle that comes faster.
+/// Contacts beyond what is predicted in full: enough to stop a handle that moves faster.
 constexpr std::size_t kMostFar = 32;
 
 /// One number for (pair, identity): the same in every step.
@@ -58,7 +58,7 @@ std::vector<bool> tied_bodies(const BodySystem& system, int handle, const std::v
     return tied;
 }
 
-/// Those that count most for the hand first: with force, on the handle, near.
+/// By importance for the hand: with force, on the handle, near.
 void sort_by_participation(std::vector<int>& contacts, int handle, const BodyStepReport& report)
 {
     const auto rank = [&](int c) {
@@ -151,14 +151,14 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
         for (std::size_t i = std::size_t(n); i < rows.chosen.size(); ++i)
             W(rows.first[i], rows.first[i]) +=
                 system.couplings[std::size_t(rows.chosen[i] - n_contacts)].softness;
-        // The handle may hang on joints as well: with them its own spring takes part.
+        // The handle may be held by joints too: then its own spring is eliminated with them.
         const HandleSpring& spring = held.spring();
         Eigen::MatrixXd with = W;
         add_coupling(with, J, spring.stiffness, spring.turn_stiffness);
         const LdltFactor factor(with.bottomRightCorner(joint_rows, joint_rows));
         const Eigen::MatrixXd cross = with.bottomLeftCorner(joint_rows, contact_rows);
         const Eigen::MatrixXd solved = factor.solve_all(cross);
-        // J seen through the joints; the rest of W is what the spring's own part leaves.
+        // J after the elimination of joints; the rest of W is W less the part of the spring.
         const Contacts6 through =
             J.topRows(contact_rows) - solved.transpose() * J.bottomRows(joint_rows);
         Eigen::MatrixXd whole = with.topLeftCorner(contact_rows, contact_rows);

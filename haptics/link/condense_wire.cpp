@@ -32,7 +32,7 @@ namespace amontons {
 namespace {
 
 constexpr int kRefinements = 1; // elimination without pivoting
-constexpr double kHold = 10;    // rho over EI / l^3 of the wire: enough for Gauss-Seidel to get on
+constexpr double kHold = 10; // rho over EI / l^3 of the wire: enough for Gauss-Seidel to converge
 // A pull back to where the wire is, of its stiffest element's EI / l^3: the weakest that is enough.
 constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 // Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
@@ -40,7 +40,7 @@ constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 constexpr double kGive = 0.1;
 // A wire that lies loose is moved far by little: a tenth of how far its largest reaction moves it.
 constexpr double kLoose = 0.1;
-constexpr double kUnseen = 1e-6; // of what contacts see of a shift: the least
+constexpr double kUnseen = 1e-6; // of a shift along the rows of contacts: the least
 
 using Nodes = std::vector<Node6>;
 
@@ -71,7 +71,7 @@ BlockTridiagonal copy_of(const BlockTridiagonal& K)
     return out;
 }
 
-/// K^-1 with what elimination loses put back.
+/// K^-1 with iterative refinement, as elimination is without pivots.
 struct Solver {
     const BlockTridiagonal& K;
     BlockTridiagonal factor;
@@ -164,7 +164,8 @@ Eigen::MatrixXd condensed_stiffness(const BasePart& base, const std::vector<Node
     return S;
 }
 
-/// By how much the wire pushes the hand on that moves its base [N/m], 0 if nowhere.
+/// The negative stiffness of the base, by which the wire pushes the hand on [N/m]; 0 if there is
+/// none.
 double pushes_on(const BlockTridiagonal& K, const BasePart& base)
 {
     const Solver solve(K);
@@ -300,8 +301,8 @@ CondensedSample find_bend(const Condensed& condensed, const LookaheadSample& ahe
     return look;
 }
 
-/// What the samples saw. A displacement is split into its parts along the ways, as contacts see it:
-/// pushes and turns are one then.
+/// The differences of the samples to first order. A displacement is decomposed into parts along the
+/// paths in the norm of the contacts' motion, which has one unit for translations and rotations.
 void add_ways(Condensed& condensed, const std::vector<LookaheadPath>& ways)
 {
     Mat6 motion = Mat6::Zero();

@@ -18,7 +18,7 @@ struct LookaheadSample {
 /// Samples the state after a motion of the base by `reach` along its last one.
 LookaheadSample sample_ahead(WireBody& body, const StepStart& start, double reach);
 
-/// Looks on one way of the hand, the nearest first.
+/// Samples on one path of the hand, the nearest first.
 struct LookaheadPath {
     Vec6 way = Vec6::Zero(); ///< of the device to its end
     std::vector<LookaheadSample> ahead;
@@ -27,7 +27,7 @@ struct LookaheadPath {
 /// Condenses the end of a wire's step on its contacts and those near: see docs/theory/haptics.md.
 /// @param body  in balance; only its work arrays change
 /// @param anchor  of the increment of a snap that the wire is in
-/// @param ways  where it may go, as far as that is known, first where it is going
+/// @param ways  paths that the hand may follow, as far as known, the present direction first
 Condensed condense_wire(WireBody& body, const ReductionOptions& options,
                         const ViscousPull& anchor = {},
                         const std::vector<LookaheadPath>& ways = {});

@@ -5,20 +5,20 @@
 #include <algorithm>
 #include <limits>
 
-// What of a step of the simulation is handed over, whatever simulation it is.
+// The part of a simulation step that is handed over to the loop, for any kind of simulation.
 
 namespace amontons {
 
-/// What ties the handle to the device: a spring for shifts, and one for turns about its origin.
+/// The coupling of handle and device: a spring for shifts, and one for turns about its origin.
 struct HandleSpring {
     double stiffness = 500;                                          ///< [N/m]
     double turn_stiffness = std::numeric_limits<double>::infinity(); ///< [N m/rad]; infinite: rigid
 };
 
-/// What of a step's contacts is handed over.
+/// Options of the reduction: which of a step's contacts are handed over.
 struct ReductionOptions {
     double speed = 0.2;       ///< fastest motion of the handle that is predicted in full [m/s]
-    double most_speed = 1;    ///< at which the loop takes the force away [m/s]
+    double most_speed = 1;    ///< at which the loop reduces the force to zero [m/s]
     double period = 0.02;     ///< of the simulation [s]
     int latency = 1;          ///< periods from a pose to its operator
     double damper_spring = 0; ///< what a damper adds to the spring's stiffness in a tick [N/m]
@@ -26,7 +26,7 @@ struct ReductionOptions {
     /// What the handle can move until the operator after this one comes: latency and one period
     /// more, and a tenth [m].
     double reach() const { return 1.1 * speed * period * (latency + 1); }
-    /// How far it is predicted, and operators are made good for: what comes later is late [-].
+    /// The share of it for which operators are made; beyond it an operator is outdated [-].
     int periods_ahead() const { return std::min(latency, 1) + 1; }
     /// The same at most_speed: so far the nearest contacts at least are handed over, so that
     /// nothing is passed through [m].
@@ -38,14 +38,14 @@ struct CondensedSample {
     double at = 0;          ///< of `ahead` [-]
     std::vector<Vec3> bend; ///< of each contact's q [m]
     Wrench rest;
-    double jump = 0; ///< how far it is from what is linear, over the way of the contacts [-]
+    double jump = 0; ///< deviation from linearity over the contacts' displacement [-]
 };
 
-/// Where the hand may go, and what was seen there.
+/// A path that the hand may follow, with samples of the state on it.
 struct CondensedPath {
     Vec6 ahead = Vec6::Zero();         ///< [1/m], [1/rad]
     bool backwards = false;            ///< the other way round, too
-    std::vector<CondensedSample> look; ///< kMostLooks at most
+    std::vector<CondensedSample> look; ///< kMostPathSamples at most
 };
 
 /// The reduced problem of a step, in double and in full.
@@ -58,10 +58,10 @@ struct Condensed {
     Wrench rest;
     /// Their derivative by the displacement [N/m, N m/rad].
     Mat6 stiffness = Mat6::Zero();
-    std::vector<CondensedPath> way; ///< kMostWays at most; first where the hand is going
+    std::vector<CondensedPath> way; ///< kMostPaths at most; first where the hand is going
     HandPose handle;                ///< that this is of
-    /// Where the body in the hand jumps on the first way, and what holds from there on: one, if
-    /// any.
+    /// Where the body in the hand jumps on the first path, and the reduced problem from there on
+    /// (one element, if any).
     double jump_at = std::numeric_limits<double>::infinity(); ///< of its `ahead` [-]
     std::vector<Condensed> after;
     bool solvable = true; ///< false: W is that of no body in balance; nothing can be handed over

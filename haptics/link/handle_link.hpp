@@ -15,7 +15,7 @@ struct LinkOptions {
     std::string cache;         ///< folder of factors; "": none
     int threads = 1;
     /// A wire in space that snaps does so over several steps, so that each is in time. Else within
-    /// the step that meets the snap, however long it takes.
+    /// the step in which the snap begins, however long it takes.
     bool snap_in_parts = false;
     double duration = 10; ///< about how long it will run [s]
 };
@@ -28,16 +28,18 @@ public:
 
     /// Of the handle when the run begins.
     virtual HandPose start() const = 0;
-    /// What the handle's drive asks for: shift [m] and turn [rad] from the start, endless.
+    /// The motion prescribed by the drive of the handle at time t [s]: shift [m] and turn [rad]
+    /// from the start, for every t.
     virtual Vec6 path(double t) const = 0;
-    /// Along which a device of one push and one twist moves the handle; zero: moved in space.
+    /// Axis along and about which a device of one push and one twist moves the handle, a unit
+    /// vector; zero: the handle moves freely in space.
     virtual Vec3 axis() const { return Vec3::Zero(); }
-    /// What may be meant otherwise in the scene's files.
+    /// Warnings about the scene's files: values that are valid but probably not intended.
     virtual const std::vector<Issue>& warnings() const = 0;
 
     /// A step of one period (the first: of none) with the device there at its end. Where it is
-    /// refused, the device is found half way, and so on; false if it cannot be met at all: nothing
-    /// has then moved.
+    /// refused, it is tried half way to the device, and so on; false if no step is accepted:
+    /// nothing has then moved.
     virtual bool step(const HandPose& device) = 0;
     /// The operator of the last step. Allocates; for the simulation's thread.
     /// @param time  when that pose was read [s]
@@ -66,7 +68,7 @@ public:
     int steps() const { return count_.steps; }
     int refused() const { return count_.refused; }        ///< tries that were not accepted
     int most_left_out() const { return count_.left_out; } ///< candidates that are not handed over
-    /// Steps that met the device half way at most, or not at all.
+    /// Number of steps that reached at most half of the way to the device.
     int not_touched() const { return count_.not_touched; }
     int snapping() const { return count_.snapping; } ///< steps that a snap continued beyond
     /// Of the simulation [s].

@@ -5,20 +5,21 @@
 
 namespace amontons {
 
-/// A rigid body or a solid in the hand: six more unknowns, shift and turn of its frame, which hang
-/// on the device by springs. So the step's own contact problem moves it, and the force on the hand
-/// follows from the certified solution.
+/// A rigid body or a solid in the hand: six more unknowns, shift and turn of its frame, which
+/// springs couple to the device. So the step's own contact problem moves it, and the force on the
+/// hand follows from the certified solution.
 ///
 /// In quasi-static steps the matrix of the six is diag(k, k_turn); in dynamic ones, on velocities
-/// and with the frame at the end of the step, h^2 times that: the handle has no mass of its own,
-/// the hand has.
+/// and with the frame at the end of the step, h^2 times that: the handle has no mass of its own;
+/// the mass is that of the hand.
 class HeldBody final : public Body {
 public:
     /// @param body    of a body whose motion is prescribed; outlives this
     /// @param origin  of the handle, in the body's own coordinates [m]: turns are about it
     HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& spring);
 
-    /// Where the device wants the handle at the end of the steps to come.
+    /// Sets the pose of the device at the end of the steps to come, to which the springs pull the
+    /// handle.
     void aim(const HandPose& device) { device_ = device; }
     const HandPose& device() const { return device_; }
     const HandPose& pose() const { return state_; } ///< of the handle, accepted
@@ -59,7 +60,8 @@ public:
     void set_state(std::span<const double> state) override;
 
 private:
-    Vec6 spring_compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
+    Vec6
+    spring_compliance() const; ///< of the springs, by axis [m/N, rad/(N m); dynamic: per impulse]
     void drive();
     Placement placement(const HandPose& pose) const;
 

@@ -21,11 +21,11 @@ constexpr double kRelaxPart = 1.0 / 2; // the same in parts: a try less is time 
 constexpr double kStiffer = 10;
 constexpr int kPulls = 3;
 constexpr double kMostOut = 0.999; // of the wire's length
-constexpr int kLooks = 10;         // ahead, in a period ...
+constexpr int kSamplesAhead = 10;  // ahead, in a period ...
 constexpr int kAside = 4;          // ... and back and aside
 // The same by the clock, and how much of a period they may take.
-constexpr int kLooksInTime = 4, kAsideInTime = 2;
-constexpr double kLookTime = 0.4;
+constexpr int kSamplesInTime = 4, kAsideInTime = 2;
+constexpr double kSampleTime = 0.4;
 constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is predicted
 constexpr double kAtRest = 1e-2;    // of that, and less
 constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
@@ -117,13 +117,13 @@ WireLink::State::State(const Scene& s, const std::vector<Obstacle>& obstacles,
     std::vector<Issue> issues;
     if (scene.beams.size() > 1)
         issues.push_back({scene.file, "/bodies/" + scene.beams[1].name, "a second beam",
-                          "one: beams beside the one in the hand are not felt yet"});
+                          "one: further beams beside the one in the hand are not supported yet"});
     if (scene.time.kind == "dynamic")
         issues.push_back({scene.file, "/time/kind", "\"dynamic\"",
                           "\"quasi_static\": a beam in the hand has no dynamics yet"});
     if (scene.haptic.damping > 0)
         issues.push_back({scene.file, "/haptic/damping", std::to_string(scene.haptic.damping),
-                          "0: a beam's base hangs on springs only"});
+                          "0: a beam's base is coupled by springs only"});
     if (!issues.empty()) throw InputError(std::move(issues));
     if (rod) {
         body = make_held_rod(scene, scene.rods[0], obstacles, spring, walls, warnings);
@@ -168,7 +168,7 @@ BaseTarget WireLink::State::target(const HandPose& pose) const
 
 // A rod's snap takes a hundred Newton solves and more, as long as several steps. By the clock it is
 // crossed in parts, one a step, and what is handed over in between is the rod on its way, held by
-// the pull of the relaxation, while the hand continues: a rod takes its time, too.
+// the pull of the relaxation, while the hand continues: the fall of a rod takes time, too.
 StepReport WireLink::State::advance(const HandPose& to, double period, StepPolicy means)
 {
     WireGroup group{{&body}, nullptr};
@@ -210,10 +210,10 @@ Vec6 WireLink::State::way_ahead() const
 bool WireLink::State::in_time() const
 {
     return !in_parts || std::chrono::duration<double>(Clock::now() - began).count() <=
-                            kLookTime * options.period;
+                            kSampleTime * options.period;
 }
 
-/// Back, and of a rod, which is held in space, to all sides.
+/// Back along the path, and for a rod, which is held in space, to all sides.
 std::vector<Vec6> WireLink::State::ways_aside(const Vec6& way) const
 {
     std::vector<Vec6> aside{-way};
@@ -241,7 +241,7 @@ bool WireLink::State::look(LookaheadPath& way, double longest)
     const HandPose from = device;
     const StepStart begin = mark_step_start(body.wire);
     double done = 0, step = longest;
-    while (done < 1 && way.ahead.size() < kMostLooks && in_time()) {
+    while (done < 1 && way.ahead.size() < kMostPathSamples && in_time()) {
         const double share = std::min(done + step, 1.0);
         if (go_on(moved(from, share * way.way), StepPolicy::look)) {
             done = share;
@@ -256,24 +256,24 @@ bool WireLink::State::look(LookaheadPath& way, double longest)
     return false;
 }
 
-/// Looks where the hand is going, and where else it may go.
+/// Samples the path of the hand ahead, and other directions.
 Lookahead WireLink::State::sample_paths(const Vec6& way)
 {
     Lookahead out;
     if (way.isZero() || !body.wire.outside()) return out;
     const WireState here = body.wire.state;
     const HandPose at = device;
-    const auto look_along = [&](const Vec6& along, int looks) {
+    const auto sample_path = [&](const Vec6& along, int looks) {
         const bool falls = look(out.ways.emplace_back(LookaheadPath{along, {}}),
                                 1.0 / (looks * options.periods_ahead()));
         device = at;
         body.wire.state = here;
         return falls;
     };
-    out.falls = look_along(way, in_parts ? kLooksInTime : kLooks);
+    out.falls = sample_path(way, in_parts ? kSamplesInTime : kSamplesAhead);
     for (const Vec6& aside : ways_aside(way)) {
         if (!in_time()) break;
-        look_along(aside, in_parts ? kAsideInTime : kAside);
+        sample_path(aside, in_parts ? kAsideInTime : kAside);
         if (out.ways.back().ahead.empty()) out.ways.pop_back();
     }
     return out;
@@ -308,8 +308,8 @@ Condensed WireLink::State::condense(Lookahead& lookahead)
 // The hand continues: steps to where it will be until the operator after this one comes, which are
 // taken back. They show which contacts stay closed. And a point of the wire that slides along a
 // curved wall leaves its tangent by s^2 / 2R, which is what the force of the next millimetre is
-// made of; no first derivative knows it. Where the wire jumps on the way, what holds from there on
-// is handed over with what holds until then.
+// made of; no first derivative contains it. Where the wire jumps on the way, what holds from there
+// on is handed over with what holds until then.
 Condensed WireLink::State::condense(const Vec6& way, int jumps)
 {
     Lookahead lookahead = sample_paths(way);

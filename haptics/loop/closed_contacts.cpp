@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
-// Sweeps see one contact at a time. Where a wire rolls along a wall, one contact passes its force
-// to the next and all others have to follow, a little each time: sweeps do not get there in
-// thousands. So between two sweeps the closed contacts are solved together, each slipping or
+// Sweeps change one contact at a time. Where a wire rolls along a wall, one contact passes its
+// force to the next and all others have to follow, a little each time: thousands of sweeps do not
+// converge. So between two sweeps the closed contacts are solved together, each slipping or
 // sticking as the sweep left it. With n the normal and p the direction of its reaction,
 //
 //     slips:   r_i = s_i p_i,   n_i . u_i = 0          one unknown

@@ -6,7 +6,7 @@ namespace amontons {
 
 /// Instruction sets that the kernels are compiled for, whatever the rest was compiled for.
 enum class SimdLevel {
-    baseline, ///< what every machine of this architecture has: SSE2 on x86-64
+    baseline, ///< available on every machine of this architecture: SSE2 on x86-64
     avx2,     ///< with fused multiply-add
     avx512
 };

@@ -25,8 +25,8 @@ Wrench ForceOutput::fade_out(double share)
 
 Wrench ForceOutput::finish(const Wrench& wrench, Motion motion)
 {
-    // A force that comes in pushes harder on the way out than it did on the way in. Where control
-    // is switched off it comes in no faster than the hand pays for.
+    // A force that is being scaled up is larger on the way out than it was on the way in. Where
+    // control is switched off it is scaled up no faster than the hand supplies the energy.
     const bool pays = !controls_ && safety.state() == SafetyState::starting;
     sent_ = passivity.allow(wrench, limiter, pays ? Motion::fault : motion, pays);
     limiter.sent(sent_);

@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// The last stage of a tick: every wrench that is passed to the device passes it, in every state.
+/// The last stage of a tick: every wrench for the device passes through it, in every state.
 ///
 /// largest force -> ramp of the state -> what may be sent (Limiter) -> passivity. What comes after
 /// the limiter scales the wrench down, or adds damping that the limiter admits. So, in every tick,
@@ -25,7 +25,8 @@ public:
     {
     }
 
-    /// What is passed to the device in this tick; call Safety::watch and Passivity::observe before.
+    /// The wrench sent to the device in this tick; call Safety::watch and Passivity::observe
+    /// before.
     /// @param computed  null: nothing was
     /// @param new_pose  of the device, measured since the tick before
     Wrench send(const Wrench* computed, bool new_pose);

@@ -37,7 +37,7 @@ struct TickRecord {
     SafetyState state = SafetyState::no_operator;
     double energy = 0;       ///< given to the hand since the start [J]
     double operator_age = 0; ///< since the pose it was made for [s]
-    double compute = 0;      ///< real time that the tick took; whoever runs the loop knows it [s]
+    double compute = 0;      ///< real time that the tick took; set by the caller of the loop [s]
     double cpu = 0;          ///< processor time of it: what is less than `compute` others took [s]
     double wake = 0;         ///< how late it began [s]
 };
@@ -53,7 +53,7 @@ public:
     TickRecord tick(const DeviceSample& sample, TripleBuffer<ReducedOperator<Real>>& operators,
                     double time, bool simulation_stopped = false);
 
-    /// That share in [0, 1] of the last wrench: what is passed to the device after the last tick.
+    /// That share in [0, 1] of the last wrench: what is sent to the device after the last tick.
     Wrench fade_out(double share) { return output_.fade_out(share); }
 
     /// Where a device's pose has the handle: the same, or by the clutch; one that jumped away from

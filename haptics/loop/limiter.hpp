@@ -25,34 +25,35 @@ struct LimiterOptions {
     int interpolation = 10; ///< steps, >= 1 [-]
 };
 
-/// What may be sent in a tick, whatever is wanted; and the way there.
+/// Bounds on the force and the torque sent in a tick, and the steps towards a target.
 ///
-/// With s what was sent in the tick before and c, c_before what was computed then and now (within
-/// the largest force), a force f may be sent if
+/// With s the force sent in the tick before, and c and c_before those computed in this tick and in
+/// the one before (both within the largest force), a force f may be sent if
 ///
 ///     |f| <= |s| + max(|c| - |c_before|, 0) + max_rise,
 ///     |f - a s| <= |c - c_before| + max_rise  for some a in [0, 1],
 ///
-/// the same for torques. So a force may fall at once, to nothing, too, but not jump up or turn
-/// over. Where c or c_before is not known the rise of c counts as none; where nothing may grow, f =
-/// a s. The set is convex and holds 0: what is scaled down stays within it, whoever does so
-/// afterwards. Vectors are scaled, never cut by component.
+/// the same for torques. So a force may fall at once, also to zero, but neither jump up nor
+/// reverse. Where c or c_before is not known, c counts as unchanged; where nothing may grow, f = a
+/// s. The set is convex and contains 0, so that a force that is scaled down afterwards stays within
+/// it. Vectors are scaled, never cut by component.
 class Limiter {
 public:
     explicit Limiter(const LimiterOptions& options = {}) : options_(options) {}
 
     /// Within the largest force and torque.
     Wrench clamp(Wrench wrench);
-    /// First in a tick: sets what may be sent in it.
-    /// @param computed  clamped; null: nothing was
-    /// @param grows     false: what is sent may fall only
+    /// Called first in a tick: sets the bounds of this tick.
+    /// @param computed  the wrench computed in this tick, clamped; null: none was
+    /// @param grows     false: the wrench that is sent may only shrink
     void begin(const Wrench* computed, bool grows);
-    /// The next step to there: what may be sent that is nearest, by interpolation and slew.
-    /// @param wrench  finite, and clamped: so is then the result
+    /// The next step towards a target: its nearest wrench within the bounds, after interpolation
+    /// and the limit of the slew rate.
+    /// @param wrench  finite and clamped; the result then is so, too
     Wrench approach(const Wrench& wrench);
-    /// The largest share in [0, 1] of an addition to what may be sent that may be sent, too.
+    /// `wrench` plus the largest share, in [0, 1], of `addition` with which it stays within bounds.
     Wrench add(const Wrench& wrench, const Wrench& addition) const;
-    /// What was sent in the end, if something after the limiter changed it.
+    /// To be called with the wrench that was sent in the end, if it was changed after approach().
     void sent(const Wrench& wrench) { last_ = wrench; }
 
     /// Ticks whose force was interpolated.

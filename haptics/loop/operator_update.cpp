@@ -6,7 +6,8 @@
 
 // A new operator comes 25 to 100 times a second, made for a pose that the handle has left. Solved
 // as it is, its force differs from that of the tick before: by what the old one's linearisation had
-// wrong, and by the slip since its pose, which it does not know. At 25 Hz the hand feels that.
+// wrong, and by the slip since its pose, which it does not contain. At 25 Hz this difference is
+// felt.
 //
 // So at the hand-over, at the pose d of the last tick, every contact that is known by its identity
 // keeps its reaction (in world axes), and its q gets an offset such that
@@ -17,15 +18,15 @@
 // two kinds. Where the contact has slipped (or was open) since the operator's pose was read, its
 // tangential part is slip that has happened: an anchor, which stays. All else is what the two
 // operators disagree on, and fades linearly to zero over one period. A contact that was not there
-// starts with r = 0 and comes in the same way; the force of one that is not there any more, and
-// what a change of J does, is bled off as a wrench over the same time.
+// starts with r = 0 in the same way; the force of one that no longer exists, and the change by a
+// new J, fade as a wrench over the same time.
 //
 // Where the simulation has snapped to another state, offsets are as long as its jump, and contacts
 // would open and close in a tick or two while they fade; or normals have turned so far that a
-// reaction has left its cone, and with that r the premise is lost. Then the new operator is solved
-// by itself, and the whole difference is bled off as a wrench. The same where the last tick held
-// the force of one before, since it had found no answer: its reactions are none. If one tick has no
-// time for it, the next ones continue, and the force waits for them.
+// reaction has left its cone, and the premise does not hold for that r. Then the new operator is
+// solved by itself, and the whole difference fades as a wrench. The same where the last tick held
+// the force of one before, since it had found no solution: its reactions are undefined. If one tick
+// has no time for it, the next ones continue, and the force waits for them.
 
 namespace amontons {
 
@@ -39,7 +40,7 @@ template <class Real> double ProxyLoop<Real>::fading_at(double time) const
     return std::clamp(1 - (time - blend_start_) / blend_time_, 0.0, 1.0);
 }
 
-/// Keeps what outlives the operator, sorted by identity.
+/// Stores reactions and anchors by identity, for the next operator.
 template <class Real> void ProxyLoop<Real>::remember()
 {
     remembered_ = op_->contacts;
@@ -51,7 +52,7 @@ template <class Real> void ProxyLoop<Real>::remember()
               [](const Memory& a, const Memory& b) { return a.id < b.id; });
 }
 
-/// Continues at the pose of the last tick as if nothing had happened.
+/// Continues at the pose of the last tick without a jump of the force.
 /// @param anew  the reactions so far are nothing to continue from
 template <class Real> void ProxyLoop<Real>::adopt(double time, bool anew)
 {

@@ -77,7 +77,7 @@ Wrench Passivity::allow(Wrench wrench, const Limiter& limiter, Motion motion, bo
     const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
     if ((options_.control || always) && wanted > credit_) {
         ++controlled_;
-        // Damping that takes what is missing, as far as the device bears it.
+        // Damping that dissipates the missing energy, up to the limit of the device.
         const double T = options_.period, x2 = x.squaredNorm(), t2 = t.squaredNorm();
         if (motion == Motion::known && x2 + t2 > 0) {
             const double missing = wanted - credit_;

@@ -14,8 +14,8 @@ struct PassivityOptions {
     double period = 1e-3;           ///< of the loop [s]
     double max_damping = 5;         ///< that the device bears [N s/m]
     double max_turn_damping = 5e-3; ///< the same for its turn [N m s/rad]
-    /// How much farther than predicted the hand may come in one tick, without counting on it: what
-    /// one step of the encoder hides [m], [rad].
+    /// Motion of the hand in a tick beyond the predicted one that is allowed for: one step of the
+    /// encoder [m], [rad].
     double resolution = 0, turn_resolution = 0;
     /// How many ticks a force may be held because the next one comes late, >= 1.
     int horizon = 1;
@@ -38,11 +38,11 @@ struct PassivityOptions {
 enum class Motion {
     known,   ///< a pose came
     unknown, ///< none did: what the hand does since the last one counts as predicted
-    fault,   ///< the force vanishes by itself, evenly: what might come is no reason to drop it,
-             ///< only what is predicted
+    fault, ///< the force is being ramped to zero: it is reduced only for predicted motion, not for
+           ///< possible motion
 };
 
-/// Counts and controls the energy that is passed to the hand.
+/// Measures and limits the energy given to the hand.
 ///
 /// The force is held over a tick, so the work of a tick is exactly F . (x_k - x_(k-1)), however
 /// late the tick came: no velocity is estimated. The control predicts: with the motion of the
@@ -66,10 +66,10 @@ public:
     void observe(const HandPose& device, double time);
     /// Continues from a pose that the device did not move to: it was re-calibrated, or replaced.
     void restart(const HandPose& device, double time);
-    /// The credit that was earned is lost: of a device that did what nobody can vouch for.
+    /// Sets the credit to zero, after a fault of the device.
     void drop_credit();
-    /// How many ticks a force may be held from now on, besides those of the options: as late as
-    /// ticks were of late.
+    /// How many ticks a force may be held from now on, besides those of the options: by the recent
+    /// lateness of ticks.
     void expect_delayed(int ticks) { late_ = ticks; }
     /// The wrench that may be sent now. Also remembers it for observe().
     /// @param wrench   that may be sent by the limiter: what is left of it may, too

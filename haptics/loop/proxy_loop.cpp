@@ -23,9 +23,10 @@ constexpr double kPreparedTurn = 1e-3;
 /// |r_t| of a contact that slips is mu r_n to round-off; this distinguishes it from one that sticks
 /// [-].
 constexpr double kOnCone = 1e-9;
-/// A tick that ends with more than this is far from its answer: its force is the solver's own [-].
+/// A tick that ends with a larger error is far from its solution: its force depends on the solver
+/// [-].
 constexpr double kLost = 5e-3;
-/// A sweep that met less error than this, in the tolerance, may have been the last one.
+/// A sweep in which the error was below this, in the tolerance, may have been the last one.
 constexpr double kNear = 4;
 constexpr double kBetter = 0.9; // or sweeps that cycle
 constexpr int kFailures = 3;    // of solving the closed contacts together, in a tick
@@ -82,7 +83,7 @@ template <class Real> void ProxyLoop<Real>::prepare_blocks()
     prepared_turn_ = turn_;
 }
 
-/// Starts where the last two ticks point to: hands move smoothly.
+/// Extrapolates the reactions of the last two ticks, as hands move smoothly.
 template <class Real> void ProxyLoop<Real>::extrapolate()
 {
     for (int i = 0; i < op_->contacts; ++i) {
@@ -116,7 +117,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
             q.noalias() += c.J * moved_;
         for (int w = 0; w < op_->ways; ++w) {
             const PathBlend& look = look_[at(w)];
-            const Vec3* bend = &op_->way[at(w)].bend[at(kMostLooks * i + look.look)];
+            const Vec3* bend = &op_->way[at(w)].bend[at(kMostPathSamples * i + look.look)];
             q += look.there * bend[0];
             if (look.look > 0) q += look.before * bend[-1];
         }
@@ -211,7 +212,7 @@ template <class Real> double ProxyLoop<Real>::error()
 /// @returns the error found at its contacts, between the one before the sweep and the one after
 template <class Real> double ProxyLoop<Real>::sweep()
 {
-    // If every contact is as content as this, so is the whole.
+    // If the residual of every contact is below this, that of all is below the tolerance.
     const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
     double square = 0;
     for (int i = 0; i < op_->contacts; ++i)
@@ -303,15 +304,18 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     begun_ = false;
     if (!op_ || is_broken(device)) return result;
 
-    // The body in the hand jumps, as was predicted: so does its force.
+    // ---- The problem at this pose: u = W r + q(d). The body in the hand jumps where that was
+    // predicted, and its force with it
     while (has_jumped_by(device))
         begin_operator(op_->after[0]);
     set_pose(device);
     const double fading = fading_at(time);
-    // What a tick did not end has no trend but the solver's.
+    // An unsolved tick gives no trend but that of the solver.
     if (options_.extrapolate && converged_) extrapolate();
     free_motion(fading);
     result.error = error();
+    // ---- Sweeps with extrapolation; after each the closed contacts together, kept where it is
+    // better
     double least = std::numeric_limits<double>::infinity();
     history_.begin();
     bool known = true;     // the error as it is now
@@ -327,7 +331,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         if (met > least) history_.forget(); // it no longer predicts the next error
         least = std::min(least, met);
         ++result.sweeps;
-        // Far from the end nobody needs to know how far.
+        // Far from the end the error need not be known.
         known = met <= kNear * options_.tolerance;
         if (known) result.error = error();
         together = false;
@@ -348,8 +352,9 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     }
     if (!known) result.error = error();
     result.converged = converged_ = result.error <= options_.tolerance;
+    // ---- The force F = J^T r; where the problem was not solved, that of the last tick until one
+    // is
     result.wrench = wrench(fading);
-    // Until one tick is nearer, the force is held.
     unsettled_ |= result.error > kLost;
     if (unsettled_ && !is_broken(result.wrench)) {
         const Wrench own = wrench(0);
@@ -358,7 +363,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         result.wrench = last_;
         unsettled_ = !result.converged;
     }
-    if (is_broken(result.wrench)) { // an operator with numbers that are none
+    if (is_broken(result.wrench)) { // the operator contains numbers that are not finite
         clear();
         result.wrench = {};
         result.error = std::numeric_limits<double>::infinity();
@@ -368,6 +373,7 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     anchor_slip(time);
     last_ = result.wrench;
 
+    // ---- Report
     result.products = products_;
     result.contacts = op_->contacts;
     for (int i = 0; i < op_->contacts; ++i)

@@ -21,7 +21,8 @@ struct ProxyOptions {
     /// clock is read, so that the same input gives the same force.
     double budget = 0;
     double (*now)() = nullptr; ///< the clock of the budget [s]; null: the wall's
-    /// Time over which a new operator comes in, in periods of the simulation; 0: at once [-].
+    /// Time over which the force passes to a new operator, in periods of the simulation; 0: at once
+    /// [-].
     double blend = 1;
     bool extrapolate = true;            ///< start a tick from the trend of the last two reactions
     SimdLevel simd = SimdLevel::avx512; ///< or the best that there is
@@ -59,12 +60,12 @@ struct ClosedRow {
 
 /// Solves u = W r + q(d) for the device pose d, tick after tick.
 ///
-/// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before: what has
-/// slipped stays slipped. q(d) = q + J (d - d0), for points on a rigid handle with their exact
-/// turn; frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution
-/// of `contact`, from the last tick's reaction; a contact that is content costs an evaluation. A
-/// new operator is found without a jump: see operator_update.cpp. No lock, no allocation, no
-/// exception, no system call (but the clock, if there is a budget).
+/// Law: Signorini and Coulomb at every contact, with u_t the slip since the tick before, which
+/// is not recovered. q(d) = q + J (d - d0), for points on a rigid handle with their exact turn;
+/// frames of the tool turn with it. Method: block Gauss-Seidel with the exact local solution of
+/// `contact`, from the last tick's reaction; a contact whose law is satisfied costs one evaluation.
+/// The transition to a new operator has no jump: see operator_update.cpp. No lock, no allocation,
+/// no exception, no system call (but the clock, if there is a budget).
 template <class Real> class ProxyLoop {
 public:
     /// @param most_contacts  >= contacts of every operator taken; all memory is taken here
@@ -82,8 +83,8 @@ public:
     /// The force for this pose; zero until an operator was taken.
     ProxyTick tick(const HandPose& device, double time);
 
-    /// Releases everything, as if nothing had ever touched; contacts that overlap at this pose
-    /// come in over the blend time.
+    /// Discards all reactions, as before the first contact; reactions of contacts that overlap at
+    /// this pose are phased in over the blend time.
     void release(const HandPose& device, double time);
 
     /// The operator in use; nullptr before the first.
@@ -164,7 +165,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    std::array<PathBlend, kMostWays> look_; // of the operator's ways, at this pose
+    std::array<PathBlend, kMostPaths> look_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

@@ -54,26 +54,26 @@ const char* reason(SafetyState state)
     case SafetyState::no_operator:
         return "no force: the simulation has published nothing yet";
     case SafetyState::starting:
-        return "the force comes in";
+        return "the force is scaled up";
     case SafetyState::running:
         return "the force is as computed";
     case SafetyState::limited:
-        return "the force is not as computed: passivity control or a limit of the device holds it "
-               "back";
+        return "the force is not as computed: passivity control or a limit of the device reduces "
+               "it";
     case SafetyState::aged_operator:
         return "the force is weaker: the simulation published nothing for several of its periods";
     case SafetyState::stale_operator:
-        return "force taken away: the simulation published nothing for many of its periods";
+        return "force removed: the simulation published nothing for many of its periods";
     case SafetyState::device_lost:
-        return "force taken away: no sample from the device";
+        return "force removed: no sample from the device";
     case SafetyState::too_fast:
-        return "force taken away: the device moves faster than allowed";
+        return "force removed: the device moves faster than allowed";
     case SafetyState::pose_jump:
-        return "force taken away: the device's pose jumped";
+        return "force removed: the device's pose jumped";
     case SafetyState::not_a_number:
-        return "force taken away for good: a pose or force was not a finite number";
+        return "force removed until a restart: a pose or force was not a finite number";
     case SafetyState::simulation_stopped:
-        return "force taken away for good: the simulation has stopped";
+        return "force removed until a restart: the simulation has stopped";
     }
     return "";
 }

@@ -8,8 +8,8 @@ namespace amontons {
 
 /// State of the force: docs/theory/haptics.md.
 enum class SafetyState {
-    no_operator,        ///< nothing to feel yet: no force
-    starting,           ///< force comes in from zero, or comes back
+    no_operator,        ///< no operator yet: no force
+    starting,           ///< the force is scaled up from zero, or restored
     running,            ///< as computed
     limited,            ///< running, but less or other than computed: passivity control, or a limit
     aged_operator,      ///< the simulation is late: the force loses stiffness
@@ -39,10 +39,10 @@ struct SafetyOptions {
     double max_turn_speed = 20; ///< [rad/s]
     double max_jump = 0.05;     ///< of the pose from one sample to the next [m]
     double lost_after = 0.01;   ///< without a valid sample [s]
-    double calm = 0.2;          ///< how long all must be well before the force comes back [s]
+    double calm = 0.2;          ///< time without a fault before the force returns [s]
 };
 
-/// What the loop knows in a tick.
+/// State of the loop in a tick, by which faults are detected.
 struct SafetyInput {
     double time = 0; ///< [s]
     bool sample_valid = false;
@@ -54,15 +54,15 @@ struct SafetyInput {
     double sample_time = -std::numeric_limits<double>::infinity();
 };
 
-/// Watches, names what is wrong, and takes the force down.
+/// Detects faults, names them, and reduces the force to zero.
 ///
 /// An operator that ages loses stiffness: from aged_periods on the force is scaled down with its
-/// age, evenly, to none at stale_periods. One that comes meanwhile brings it back as at the start.
+/// age, evenly, to none at stale_periods. A new operator restores it as at the start.
 ///
 /// In a fault the last wrench that was sent varies linearly to zero within ramp_down, by the clock,
 /// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) lets the
-/// force come back over ramp_up after all was well for `calm`; the others stay. A tick that comes
-/// late brings no more of it back than one in time.
+/// force return over ramp_up after a time `calm` without a fault; the others are permanent. A late
+/// tick restores no more of the force than one in time.
 class Safety {
 public:
     explicit Safety(const SafetyOptions& options = {}) : options_(options) {}
@@ -72,10 +72,10 @@ public:
     /// The wrench with the ramp of the state applied; in a fault what is left of the one sent last.
     /// A wrench that is not finite is a fault of its own.
     Wrench apply(const Wrench& wrench);
-    /// What was passed to the device in the end: where a ramp to zero continues from.
+    /// The wrench that was sent to the device in the end, from which a ramp to zero continues.
     void sent(const Wrench& wrench) { sent_ = wrench; }
 
-    /// Of the force that comes in only this share could be sent: it continues from there.
+    /// Only this share of a force that is scaled up could be sent: scaling continues from there.
     void hold_back(double share);
 
     SafetyState state() const { return state_; } ///< never `limited`: see ForceOutput

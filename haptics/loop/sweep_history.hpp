@@ -13,9 +13,10 @@ template <class Real> class SweepHistory {
 public:
     explicit SweepHistory(int most_rows);
 
-    /// Another operator, or the past has misled.
+    /// Discards the differences: for another operator, or after an extrapolation that raised the
+    /// error.
     void forget();
-    /// Another tick: what changed r since the last sweep was no sweep.
+    /// Begins a tick: r has changed since the last sweep, so no difference is stored across it.
     void begin() { has_last_ = false; }
     /// True if enough differences are stored.
     bool can_extrapolate() const { return known_ > 0 && has_last_; }

@@ -38,7 +38,7 @@ DeviceChoice choose_device(const std::string& text)
                            (near.empty() ? "" : "; nearest: " + near)}});
 }
 
-/// Settings that the scene's profile gives; the scene is to blame for its name.
+/// The settings of the scene's profile; a wrong name is a fault of the scene.
 HapticSettings settings_of(const Scene& scene, int late)
 {
     try {
@@ -169,7 +169,7 @@ void HandRun::prepare(MakeObstacles make)
     State& s = *state_;
     s.make = std::move(make);
     s.obstacles = s.make(s.scene);
-    // Ticks by the clock, and poses from elsewhere, come when they come.
+    // Ticks by the clock and poses of real devices are not reproducible.
     const int late = s.options.late > 0 ? 3 : s.options.virtual_time ? 0 : 2;
     s.set = settings_of(s.scene, late);
     s.set.link.cache = s.options.cache;
@@ -243,7 +243,7 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
         }
         const bool done = s.link->step(sequence == 1 ? s.link->start() : handle) &&
                           s.link->publish(op, time, sequence);
-        // Before the first one nothing is stale, and nobody would show why there is no force.
+        // Before the first one nothing is stale, and no state would show why there is no force.
         if (sequence == 1 && !done) say("no force yet: " + s.refused());
         published |= done;
         if (hooks.after_step)

@@ -9,14 +9,14 @@
 #include <string>
 #include <vector>
 
-// A hand feels a scene: what `amontons haptic` and haptic.Session of Python stand on.
+// A haptic run of a scene: the common part of `amontons haptic` and Python's haptic.Session.
 
 namespace amontons {
 
 struct Obstacle; // solver/step/simulation.hpp
 struct Scene;    // solver/scene/scene.hpp
 
-/// How a scene is felt.
+/// Options of a haptic run.
 struct HandRunOptions {
     std::string device = "simulated"; ///< or recorded:FILE, udp:PORT, spacemouse
     double duration = 0;              ///< [s]; 0: the trajectory's, or the scene's end
@@ -26,16 +26,18 @@ struct HandRunOptions {
     bool control = true;              ///< passivity; else the energy is counted only
     int threads = 1;
     std::string cache;    ///< folder of factors; "": none
-    bool watched = false; ///< virtual time follows the clock: somebody looks on
-    /// The process has nothing else to do: its allocator keeps what a step frees.
+    bool watched = false; ///< virtual time follows the clock, for a viewer
+    /// True if the process does nothing else: its allocator then never returns freed memory to the
+    /// system.
     bool own_process = true;
 };
 
-/// What a run reports and asks while it lasts, in the simulation's thread. Any may be missing.
+/// Callbacks of a run, in the simulation's thread. Any may be empty.
 struct HandRunHooks {
     std::function<void(const std::string&)> say;       ///< a line for the user
     std::function<std::vector<std::string>()> changes; ///< "PATH=VALUE" that the user asks for
-    /// A change is made, or is not: "" or why not. Missing: `say` is called.
+    /// Called for each change, with "" if it was made, else with the reason. Empty: `say` is
+    /// called.
     std::function<void(const std::string& line, const std::string& refusal, const HandleLink&)>
         changed;
     /// All ticks that are done, about once a step of the simulation.
@@ -45,11 +47,12 @@ struct HandRunHooks {
     std::function<void(const HandleLink&, const std::vector<Obstacle>&, bool remade)> after_step;
 };
 
-/// For one thread at a time.
+/// A haptic run of a scene. For one thread at a time.
 class HandRun {
 public:
-    /// Reads what the device needs and refuses what cannot be felt; makes no bodies.
-    /// @param read  the scene with values that are changed while it is felt
+    /// Reads the settings of device and loop; refuses scenes without a handle that can be held.
+    /// Makes no bodies.
+    /// @param read  reads the scene with values that are changed during the run
     /// @throws InputError
     HandRun(Scene scene, const HandRunOptions& options,
             std::function<Scene(const std::vector<std::string>& overrides)> read);
@@ -67,7 +70,7 @@ public:
     /// From the beginning to the end, or until `stop`. Once, after prepare().
     HapticOutcome run(const HandRunHooks& hooks, const std::atomic<bool>& stop);
 
-    /// What may be meant otherwise in the scene; after prepare().
+    /// Warnings about the scene: values that are valid but probably not intended; after prepare().
     std::vector<std::string> warnings() const;
     /// The keys of `amontons haptic --json`; after run().
     std::string json(const HapticOutcome& o) const;

@@ -72,7 +72,7 @@ ChangedLink LinkChanges::next(const HandleLink& now, const Tell& tell)
         return c;
     c = s.pending.get();
     if (c.link && !c.link->take_over(now)) {
-        c.refusal = "the bodies would be others";
+        c.refusal = "other bodies would be needed";
         c.link.reset();
     }
     if (c.link) s.overrides = c.overrides;

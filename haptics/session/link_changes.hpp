@@ -26,11 +26,11 @@ struct ChangedLink {
     std::string refusal;
 };
 
-/// Values of the scene that the user changes while it is felt. What a value needs, factors above
-/// all, is made in a thread of its own: the simulation continues as it is until that is there.
+/// Values of the scene that the user changes during the run. What a change requires, mainly new
+/// factors, is computed in a thread of its own; the simulation continues unchanged until then.
 class LinkChanges {
 public:
-    /// @param waits  for each: where time stands meanwhile
+    /// @param waits  True: next() waits for each change (virtual time)
     LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& options, bool waits);
     ~LinkChanges();
 

@@ -17,7 +17,7 @@ struct ShownFrames {
     double seconds = 0; ///< from the first to the last [s]
 };
 
-/// What a run came to.
+/// Result of a haptic run.
 struct HapticOutcome {
     HapticSummary summary;
     std::vector<TickRecord> records; ///< of all ticks

@@ -3,7 +3,7 @@
 #include <dlfcn.h>
 #include <pthread.h>
 
-// Counts the locks that each thread takes, also those that nobody else holds and that no system
+// Counts the locks that each thread takes, also uncontended ones, for which no system
 // call shows, by the functions of the whole test program that std::mutex and its kind call: to be
 // included by one of its files only. Sanitizers have their own there.
 

@@ -35,7 +35,7 @@ Outcome play(const Bed& bed, const HapticOptions& o, const HandOptions& h, const
     return out;
 }
 
-/// Down into the bed, to and fro, up again: barely held, low friction, the worst case.
+/// Down into the bed, back and forth, up again: barely held, low friction, the worst case.
 HandOptions barely_held()
 {
     HandOptions h;

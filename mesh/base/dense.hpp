@@ -53,7 +53,7 @@ public:
     LuFactor& operator=(const LuFactor&);
     ~LuFactor();
 
-    /// Factors A = P L U with pivots.
+    /// Factors A, square and regular, as P A = L U.
     void compute(const Eigen::MatrixXd& A);
     /// A^-1 b, for one right-hand side.
     Eigen::VectorXd solve(const Eigen::VectorXd& b) const;
@@ -92,7 +92,7 @@ private:
 
 /// Is the symmetric matrix positive definite (LLT)? Its storage is overwritten.
 bool is_positive_definite(Eigen::MatrixXd&& A);
-/// U with U^T U = A, upper triangular (LLT); nothing where A is not positive definite: 0 x 0.
+/// U with U^T U = A, upper triangular (LLT); a 0 x 0 matrix where A is not positive definite.
 Eigen::MatrixXd cholesky_root(const Eigen::MatrixXd& A);
 
 // ---- single systems
@@ -115,7 +115,7 @@ Eigen::VectorXd least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b
 Eigen::VectorXd shortest_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b,
                                        double threshold);
 
-/// The shortest rotation that turns one direction into another; none need be of length one
+/// The shortest rotation that turns one direction into another; neither need be of length one
 /// (Quaternion::FromTwoVectors).
 Eigen::Quaternion<double> rotation_between(const Vec3& from, const Vec3& to);
 

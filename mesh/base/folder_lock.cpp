@@ -27,7 +27,7 @@ std::string words_in(int file)
     return words;
 }
 
-/// Where the file system knows no locks: the process that the file names is still there.
+/// For file systems without locks: true if the process that the file names still exists.
 bool lives(const std::string& words)
 {
     const long process =

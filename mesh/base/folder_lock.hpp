@@ -8,9 +8,9 @@ namespace amontons {
 /// process, however that ends: a lock that a killed one left behind is taken over.
 class FolderLock {
 public:
-    /// @param folder  is there
-    /// @param who     what works in it, for the message of the next one: "amontons run a.json"
-    /// @throws InputError  if another process holds it, with what that states of itself
+    /// @param folder  exists
+    /// @param who     what works in it, for messages of other processes: "amontons run a.json"
+    /// @throws InputError  if another process holds it, with the `who` of that one
     /// @throws WriteError  if the folder cannot be written to
     FolderLock(const std::string& folder, const std::string& who);
     FolderLock(const FolderLock&) = delete;

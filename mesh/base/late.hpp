@@ -7,13 +7,13 @@
 
 namespace amontons {
 
-/// Work that is done once, whichever of several threads asks first; again if it throws. (Here,
-/// since <mutex> would be 2000 lines in every file.)
+/// Work that is done once, by the first of several threads that needs it; again if it throws. (A
+/// class of its own, since <mutex> would be 2000 lines in every file.)
 class Once {
 public:
     Once();
     ~Once();
-    /// Runs work(of) once, whichever thread comes first.
+    /// Runs work(of) if no call has completed it yet; returns when it is complete.
     void run(void (*work)(void*), void* of);
 
 private:
@@ -21,11 +21,11 @@ private:
     std::unique_ptr<Flag> flag_;
 };
 
-/// A value that is made when it is first asked for, once, whichever of several threads asks first.
-/// Copies are of the same value.
+/// A value that is made at its first use, once, by the first of several threads that needs it.
+/// Copies share the value.
 template <class Value> class Late {
 public:
-    /// One that is there.
+    /// A value that exists already.
     Late(Value value = {}) : of_(std::make_shared<State>(std::move(value))) {}
 
     /// @param make  called at most once, and again if it throws

@@ -10,7 +10,7 @@ namespace amontons {
 constexpr double kInfinity = std::numeric_limits<double>::infinity();
 /// Not a number.
 constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
-/// Rounding unit of doubles, 2^-52 (relative).
+/// Distance from 1 to the next double, 2^-52 (relative).
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 } // namespace amontons

@@ -9,8 +9,8 @@ namespace amontons {
 /// threads (of OpenMP; without it there is one). Work must give the same for any cut: ranges are on
 /// their own, and sums are made afterwards in one order.
 ///
-/// What work throws comes out here, from the lowest range that threw: work that takes its range in
-/// ascending order fails at the same index for any number of threads.
+/// @throws what work throws, from the lowest range that threw: work that takes its range in
+///         ascending order fails at the same index for any number of threads
 void share_out(int threads, std::size_t count,
                const std::function<void(std::size_t begin, std::size_t end)>& work);
 

@@ -4,9 +4,9 @@
 // with dlopen only when a surface is to be filled with tetrahedra, so that nothing else maps it.
 // Never link the module; look the names up.
 //
-// The module knows CGAL and nothing of files, units or repair: what comes in is closed, oriented
-// and does not touch itself, or is a function. It works best on numbers near 1: a ball of diameter
-// 1 around the origin holds everything.
+// The module uses CGAL and contains nothing of files, units or repair: what comes in is closed,
+// oriented and does not touch itself, or is a function. It works best on numbers near 1: a ball of
+// diameter 1 around the origin holds everything.
 //
 // No exception leaves the module. What `size` throws passes through CGAL unharmed and is caught.
 
@@ -20,7 +20,7 @@ struct AmontonsCgalInput {
     const int* triangles; ///< 3 x triangle_count, counter-clockwise seen from outside
     long triangle_count;
     double feature_angle; ///< edges whose two normals differ by more are kept [degrees]
-    /// Longest edge wanted at a place (3 numbers). Called very often; may throw to give up.
+    /// Longest edge wanted at a place (3 numbers). Called very often; may throw to end the meshing.
     double (*size)(const double* place, void* with);
     void* with;       ///< handed to `size`
     double deviation; ///< largest distance of a boundary triangle from the surface

@@ -6,14 +6,14 @@
 #include <string>
 #include <string_view>
 
-// What the names in Abaqus' files mean to us.
+// Names of element types and of their faces in Abaqus' files.
 
 namespace amontons {
 
-/// One of S1 to S6, sides of a solid, as a local face of ours, or -1.
+/// The local face (mesh/volume_mesh.hpp) of a side label S1 to S6 of a solid, or -1.
 std::int32_t abaqus_face(ElementKind kind, std::string_view label);
 
-/// What an element type of Abaqus is to us.
+/// The meaning of an element type of Abaqus in a VolumeMesh.
 struct AbaqusType {
     /// What a cell is used for.
     enum class Use { solid, other_solid, facet, line } use = Use::line;

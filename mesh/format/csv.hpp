@@ -20,8 +20,8 @@ struct SizeSource;
 /// @throws InputError  naming the lines
 Polyline parse_centreline_csv(std::string_view text, const std::string& file, double scale = 1);
 
-/// Places with a size each, all of them, from text as that of a centreline: columns x, y, z, size;
-/// where none is called size, the radius of a centreline.
+/// Points with an element size each, from text as that of a centreline: columns x, y, z, size, or,
+/// without a column of that name, the radius of a centreline.
 /// @throws InputError  naming the lines; if there is no place, or no size
 std::vector<SizeSource> parse_size_field_csv(std::string_view text, const std::string& file,
                                              double scale = 1);

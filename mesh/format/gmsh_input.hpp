@@ -106,7 +106,7 @@ private:
     int size_bytes_ = 8;
 };
 
-/// The number of a group without the sign that turns it round.
+/// The number of a group without its sign, which reverses the orientation of an entity.
 inline std::int64_t group_number(std::int64_t signed_number)
 {
     return signed_number < 0 && signed_number != std::numeric_limits<std::int64_t>::min()
@@ -127,7 +127,7 @@ struct GmshKind {
 /// nullptr for a number that stands for no kind known here.
 const GmshKind* gmsh_kind(std::int64_t type);
 
-/// Gmsh's number of a kind, of its faces, of a point.
+/// Gmsh's type number of an element.
 int gmsh_type(ElementKind kind);
 /// Gmsh's type number of the faces of an element.
 int gmsh_face_type(ElementKind kind);

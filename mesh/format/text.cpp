@@ -19,7 +19,7 @@ char lower(char c)
     return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c;
 }
 
-// from_chars knows no plus sign; "+-1" is still no number.
+// from_chars accepts no plus sign; "+-1" is still no number.
 std::string_view without_plus(std::string_view word)
 {
     return word.size() > 1 && word[0] == '+' && word[1] != '-' ? word.substr(1) : word;

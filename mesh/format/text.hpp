@@ -36,7 +36,7 @@ std::string line_place(std::size_t line);
 /// "line 12, column 3" of the byte that stands at `byte`, counted from 1.
 std::string line_and_column(std::string_view text, std::size_t byte);
 
-/// Text read word by word; knows the line. Words are separated by line ends and blanks (every
+/// Reads a text word by word, and counts lines. Words are separated by line ends and blanks (every
 /// control character is one).
 class WordReader {
 public:
@@ -75,13 +75,13 @@ std::string_view without_byte_order_mark(std::string_view text);
 /// True if a and b are the same word but for upper and lower case.
 bool same_word(std::string_view a, std::string_view b);
 
-/// ASCII letters made small.
+/// The text with ASCII letters in lower case.
 std::string lower_case(std::string_view text);
 
-/// The shortest text that reads back as the same double.
+/// Appends the shortest text that reads back as the same double.
 void append_number(std::string& text, double value);
 
-/// As append_number, for messages.
+/// The shortest text that reads back as the same double.
 std::string number_text(double value);
 
 } // namespace amontons

@@ -278,7 +278,7 @@ void VolumeBuilder::merge_()
                 if (type_of(cell) == kind) cell = cell_of(kind, place[index_of(cell)]);
     }
     if (merged > 0)
-        note(std::to_string(merged) + " elements stand in the file again, for another group");
+        note(std::to_string(merged) + " elements are repeated in the file, for another group");
 }
 
 void VolumeBuilder::build_elements_(VolumeMesh& mesh, const LabelMap& nodes)

@@ -12,7 +12,7 @@ namespace amontons {
 /// A mesh from a file, and what the reader passed over or changed: one sentence each.
 struct VolumeFile {
     VolumeMesh mesh;
-    /// What the user should know of the file.
+    /// Sentences for the user on what was passed over or changed.
     std::vector<std::string> notes;
     std::string cut; ///< a file whose last line has no end, perhaps not the whole; in `notes`, too
 };
@@ -47,7 +47,8 @@ public:
 
     /// Reserves memory for n nodes.
     void reserve_nodes(std::size_t n);
-    /// Adds a node at x [m], in the unit of the file.
+    /// Adds a node at `scale` times x; x is in the unit of the file. A place that is not finite is
+    /// an Issue.
     void add_node(Label label, const Vec3& x);
     /// Nodes so far.
     std::size_t node_count() const { return nodes_.size(); }
@@ -79,17 +80,18 @@ public:
     /// Adds a face of an element to a set by its label.
     void add_to_face_set(std::size_t set, Label element, std::int32_t face);
 
-    /// An element that is there again with the same nodes in the same order is one in more groups.
+    /// Elements with the same nodes in the same order become one element, which is in the groups of
+    /// all of them.
     void merge_equal_elements() { merge_equal_ = true; }
     /// Adds a message for the user.
     void note(std::string text) { notes_.push_back(std::move(text)); }
-    /// Of formats without an end mark: the last line has no end.
+    /// Records, for formats without an end mark, that the last line of a file has no line end.
     void note_cut(const std::string& file)
     {
         cut_ = file;
         note(file + ": the last line has no end: is the file whole?");
     }
-    /// For files that count from 0.
+    /// The label that the file gives to its first node and element; 1 by default.
     void set_first_label(Label first) { first_label_ = first; }
     /// Words for "allowed" if there is no element: what the format calls them.
     void set_element_words(std::string words) { element_words_ = std::move(words); }

@@ -53,10 +53,11 @@ VtkXmlFile parse_vtk_xml(std::string_view bytes, std::string_view type, FileIssu
 /// The numbers of an array: count of them, no more and no fewer.
 std::vector<double> vtk_doubles(const VtkXmlFile& file, const VtkXmlArray& array,
                                 std::uint64_t count, FileIssues& issues);
-/// @throws InputError  also if the array's type is no whole number
+/// The same of an array of integers.
+/// @throws InputError  also if the array's type is none of integers
 std::vector<std::int64_t> vtk_integers(const VtkXmlFile& file, const VtkXmlArray& array,
                                        std::uint64_t count, FileIssues& issues);
-/// True if all numbers of an array are integers.
+/// True if the array's type is one of integers.
 bool is_whole_number(const VtkXmlArray& array);
 
 } // namespace amontons

@@ -35,7 +35,7 @@ private:
     std::vector<double> at_; ///< arc lengths of the stations
     std::vector<Vec3> tangent_, across_;
 };
-/// Axis and directions of a tube wall at its start.
+/// The frame of a tube wall along its centreline.
 TubeFrame tube_frame(const SolidTubeOptions& options);
 
 /// 2 along + 1 sections, of equal arc length: every second one has middle nodes only. Their frame

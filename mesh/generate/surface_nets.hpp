@@ -24,12 +24,13 @@ struct ImplicitSurface {
 SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
                          double edge, const std::function<bool(const Vec3&)>& part = nullptr);
 
-/// What surface_nets() makes, by the signs at the grid's nodes alone: a tenth of its work.
+/// Properties of the result of surface_nets(), from the signs at the grid's nodes alone.
 struct NetsPrediction {
     bool manifold = true;      ///< no edge gets four triangles
-    std::size_t triangles = 0; ///< of one that is
+    std::size_t triangles = 0; ///< number of triangles; valid if manifold
 };
-/// Memory and triangles that surface_nets would take.
+/// Predicts whether surface_nets() gives a manifold, and its number of triangles, in a tenth of its
+/// time.
 NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
                             double edge);
 

@@ -27,7 +27,7 @@ class VesselShape {
 public:
     VesselShape(std::vector<SweptTube> tubes, double blend_radius);
 
-    /// What is remembered of each tube: as a WallHint, it changes no result.
+    /// Hints of a previous query for each tube; like a WallHint they change no result.
     using Hints = std::vector<WallHint>;
     /// Hints for the first call.
     Hints no_hints() const { return Hints(tubes_.size()); }
@@ -37,13 +37,13 @@ public:
     /// Signed distance and its gradient at x.
     ImplicitSample sample(const Vec3& x, Hints& hints) const;
 
-    /// The zero of the function that is found from x along its gradient.
+    /// The point of the wall (value 0) that is found from x along the gradient [m].
     Vec3 project(const Vec3& x, Hints& hints) const;
 
     const std::vector<SweptTube>& tubes() const { return tubes_; }
     double blend_width() const { return width_; } ///< k [m]
 
-    /// No less than the distance of tube i at x, in a few operations [m].
+    /// An upper bound of the distance of tube i at x, in a few operations [m].
     double upper_bound(std::size_t i, const Vec3& x) const
     {
         const Around& a = around_[i];

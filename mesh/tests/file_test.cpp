@@ -78,7 +78,7 @@ TEST_CASE("a file that cannot be read gives the reason")
     CHECK(refused_file(folder / "vessel.stl/a").found == "Not a directory");
 }
 
-TEST_CASE("a file that nobody may read reports it")
+TEST_CASE("a file without permission to read is reported")
 {
     if (::geteuid() == 0) {
         skip_test("this runs as root, who may read every file");

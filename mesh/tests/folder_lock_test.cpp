@@ -24,7 +24,7 @@ struct Folder {
     ~Folder() { fs::remove_all(path); }
 };
 
-/// What another process hears that wants the folder; "" if it gets it.
+/// Message to another process that requests the folder; "" if it gets it.
 std::string refusal_of_another(const std::string& folder)
 {
     int ends[2];

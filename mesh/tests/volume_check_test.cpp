@@ -86,7 +86,7 @@ TEST_CASE("nodes: not finite or unreferenced or at the same place")
           "f: node 62: found a node of no element at (1, 2, 0.5000000001), allowed: nodes of "
           "elements\n"
           "f: node 62: found the place of node 4, (1, 2, 0.5000000001), allowed: one node at a "
-          "place, unless bodies shall come apart there");
+          "place, unless bodies may separate there");
     mesh.nodes[5][1] = std::numeric_limits<double>::quiet_NaN();
     CHECK(says(errors(mesh), "f: node 6: found coordinates ("));
 }

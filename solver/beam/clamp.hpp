@@ -4,8 +4,9 @@
 
 namespace amontons {
 
-/// Starts a wire whose first node is clamped (no sheath): from a place and a direction on,
-/// with its natural shape, unstressed.
+/// Starts a wire whose first node is clamped (no sheath) at a place and with a direction, in its
+/// natural shape, free of stress.
+/// @param at     place of the first node [m]
 /// @param frame  columns: tangent and the section's axes 2 and 3 at the clamp
 void start_clamped(Wire& wire, const Vec3& at, const Mat3& frame);
 

@@ -11,7 +11,8 @@
 
 namespace amontons {
 
-/// What deforms: the chord's change of length, and the ends' turns in the element's frame.
+/// Deformation of the element: change of length of the chord, and rotations of the ends in the
+/// element's frame.
 struct CorotationalStrain {
     double stretch = 0;                          ///< [m]
     Vec3 turn[2] = {Vec3::Zero(), Vec3::Zero()}; ///< rotation vectors [rad]
@@ -19,7 +20,7 @@ struct CorotationalStrain {
 /// Strains of the corotational element between two nodes.
 CorotationalStrain corotational_strain(const BeamNode& a, const BeamNode& b, double length);
 
-/// The same of the element free of stress.
+/// The deformation at which the element is free of stress.
 CorotationalStrain corotational_natural(const ElementLaw& law);
 
 /// Elastic energy [J].

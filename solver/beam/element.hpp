@@ -23,8 +23,8 @@ using Mat12 = Eigen::Matrix<double, 12, 12>;
 /// Position and section rotation of a node.
 struct BeamNode {
     double x[3] = {0, 0, 0}; ///< [m]
-    /// What x is too coarse for: the position is x + rest. Neighbours' differences, which times
-    /// EA are forces, then lose nothing to the distance from the origin.
+    /// Low-order part of the position, which is x + rest. Differences of neighbours, which times EA
+    /// are forces, then have no round-off of the distance from the origin.
     double rest[3] = {0, 0, 0}; ///< [m]
     double q[4] = {1, 0, 0, 0}; ///< unit quaternion (w, x, y, z); its frame's axis 1 is the tangent
 
@@ -38,7 +38,7 @@ struct BeamNode {
         rest[axis] = (x[axis] - (sum - back)) + (add - back);
         x[axis] = sum;
     }
-    /// x - from.x, to more digits than of either [m].
+    /// Difference of the positions x + rest of two nodes along an axis [m].
     double difference(const BeamNode& from, int axis) const
     {
         return (x[axis] - from.x[axis]) + (rest[axis] - from.rest[axis]);
@@ -47,8 +47,8 @@ struct BeamNode {
 
 struct TableLaw;
 
-/// Part of an element whose section answers by tables: what these are beyond the linear law.
-/// Bending is that of a round section: the moment is along the change of curvature.
+/// Part of an element whose section has laws by table: their part beyond the linear law. Bending is
+/// that of a round section: the moment is along the change of curvature.
 struct TableShare {
     double length = 0;                                   ///< [m]
     std::shared_ptr<const TableLaw> bending, stretching; ///< null: linear
@@ -63,8 +63,8 @@ struct ElementLaw {
     std::array<double, 6> S{}; ///< integral of the stiffness over the element [N m], [N m^3]
     std::array<double, 6> P{}; ///< integral of stiffness times natural strain
     double constant = 0;       ///< [J]
-    /// How much longer the middle line is, bent as an S between the ends, than by the stretch:
-    /// for each shear [-], 6/5 without flexibility in shear. See set_bowing().
+    /// Coefficients of the elongation of the centreline by its S-shaped deflection between the
+    /// ends, for each shear [-]; 6/5 for a section rigid in shear. See set_bowing().
     std::array<double, 2> bowing{};
     std::vector<TableShare> beyond; ///< of tables, on the strains less the natural ones, P / S
 };
@@ -73,10 +73,11 @@ struct ElementLaw {
 struct BeyondLinear {
     /// Of the table beyond its stiffness at rest [J].
     double energy = 0;
-    std::array<double, 6> stress{};            ///< of stretch and curvatures; the others are 0
-    double stretch = 0;                        ///< by the stretch twice [N per unit of strain]
-    double bend22 = 0, bend23 = 0, bend33 = 0; ///< by the curvatures [N m^2]
+    std::array<double, 6> stress{}; ///< of stretch and curvatures; the others are 0
+    double stretch = 0;             ///< second derivative by the stretch [N per unit of strain]
+    double bend22 = 0, bend23 = 0, bend33 = 0; ///< second derivatives by the curvatures [N m^2]
 };
+/// The energy of shares beyond the linear law, with its derivatives.
 /// @param strain  less the natural one
 BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
                            const std::array<double, 6>& strain);
@@ -85,7 +86,7 @@ BeyondLinear beyond_linear(const std::vector<TableShare>& shares,
 /// shear k + (r^2/5 - (1 - r)^2) N to first order: N/5 is that of a cubic line, -N that of a
 /// section which turns against the force (docs/theory/beams.md).
 void set_bowing(ElementLaw& law);
-/// How that changes while the element grows. See set_bowing().
+/// Derivatives of the law's bowing by the length of the element. See set_bowing().
 /// @param dS  derivatives of the law's S by the length
 std::array<double, 2> bowing_growth(const ElementLaw& law, const std::array<double, 6>& dS);
 /// Mean stretch of the middle line [-]; 1 of a straight unstressed element.

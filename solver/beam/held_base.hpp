@@ -13,7 +13,7 @@ struct HeldBase {
     const WireMaterial& material;
     double next = 0;            ///< place along the wire of the first node out of the sheath [m]
     double inserted = 0;        ///< length of wire past the sheath's end [m]
-    double inserted_rest = 0;   ///< what `inserted` is too coarse for [m]
+    double inserted_rest = 0;   ///< low-order part of `inserted`, as BeamNode::rest [m]
     double base_insertion = 0;  ///< given [m]
     double rotation = 0;        ///< of the section at the sheath's end about the axis [rad]
     double base_twist = 0;      ///< given [rad]
@@ -27,13 +27,14 @@ struct HeldBase {
 /// Energy per length of the wire at s when it is straight [J/m].
 double straight_energy(const WireMaterial& m, double s);
 
-/// What is held behind the place `end`, the base's springs included.
+/// Compliances and bending energy of the wire between its base and the place `end` [m], the springs
+/// at the base included.
 HeldWire held_part(const HeldBase& base, double end);
 
 /// Law of the element at the sheath's end if the wire were `further` out [m].
 ElementLaw law_at_end(const HeldBase& base, double further);
 
-/// Derivatives with the length that is out, the nodes where they are.
+/// Derivatives with respect to the length that is out of the sheath, with the nodes fixed.
 struct Growth {
     double slope = 0;              ///< of the energy of the first element and the held part [N]
     std::array<double, 6> tau{};   ///< of the first element's section forces
@@ -48,9 +49,8 @@ Growth growth(const HeldBase& base, const BeamNode& a, const BeamNode& b, const 
               double further);
 
 /// Second derivative of the energy with the length that is out [N/m], by differences of fourth
-/// order: the section changes fast where a step of curvature comes out, and there it is stiffer
-/// than the held part. In a wire that nothing holds EA/l must cancel to what a hand feels as
-/// nothing.
+/// order: the section changes fast where a step of curvature leaves the sheath, and there it is
+/// stiffer than the held part. In an unconstrained wire the terms EA/l have to cancel to round-off.
 double growth_stiffness(const HeldBase& base, const BeamNode& a, const BeamNode& b);
 
 } // namespace amontons

@@ -19,7 +19,7 @@ struct Section {
 struct SectionStretch {
     double start = 0, end = 0; ///< [m]
     Section at_start, at_end;
-    std::array<int, 2> segment{}; ///< whose they are
+    std::array<int, 2> segment{}; ///< numbers of the segments at its start and end
 };
 
 /// A place on the wire's surface where contact is searched for; it stays with the material.
@@ -32,7 +32,7 @@ struct MaterialPoint {
     double spacing = 0; ///< length of wire that the point stands for [m]
 };
 
-/// What a wire is made of: sections, nodes, contact points. s runs from the base (0) to the tip.
+/// Constant data of a wire: sections, nodes, contact points. s runs from the base (0) to the tip.
 struct WireMaterial {
     double length = 0; ///< [m]
     std::vector<BeamSegment> segments;
@@ -43,8 +43,8 @@ struct WireMaterial {
     std::vector<SectionStretch> stretch;
     std::vector<double> node;    ///< s of the nodes, increasing [m]
     std::vector<ElementLaw> law; ///< of the whole elements
-    /// Least EI / l^3 of each element, l its length or 5 radii, what is longer: what a force scale
-    /// is made of, the same for any fine mesh [N/m]
+    /// Least EI / l^3 of each element, l the larger of its length and 5 radii: the scale of forces,
+    /// independent of the mesh where that is fine [N/m]
     std::vector<double> stiffness;
     std::vector<MaterialPoint> point;        ///< from the tip (0) towards the base
     std::vector<double> flexibility_axial;   ///< integral of ds/EA from 0 to each node [m/N]
@@ -54,10 +54,10 @@ struct WireMaterial {
 
 /// @param contact_spacing  distance of contact points [m]; 0: half the shortest element
 WireMaterial make_material(const std::vector<BeamSegment>& segments, double contact_spacing);
-/// Puts contact points at such distances from the tip on [m]; what was kept for each is no longer
-/// of use. Half the distance keeps every point: number k becomes 2 k.
+/// Places contact points at this distance from one another, from the tip on [m]; data stored by
+/// their numbers become invalid. With half the distance every point is kept: number k becomes 2 k.
 void place_contact_points(WireMaterial& material, double spacing);
-/// How many those are.
+/// Number of contact points on a length at this spacing [m].
 std::size_t contact_point_count(double length, double spacing);
 
 /// Section at s.
@@ -75,8 +75,8 @@ inline std::array<double, 6> straightened(const Section& c)
 /// What tables add to the section at s: shares of one metre.
 std::vector<TableShare> tables_at(const WireMaterial& m, double s);
 
-/// Makes the tables of shares those of the element's curvature: of sections in series the stiffer
-/// one takes less of it.
+/// Rescales the bending tables of shares to the curvature of the element: of sections in series the
+/// stiffer one has less of the change of curvature.
 void share_bending(std::vector<TableShare>& shares, const ElementLaw& law);
 
 /// Law of the piece [a, b] of the wire as one element.

@@ -360,6 +360,9 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
                 k = n.inners_tip() - 1; // the rest is in the sheath; the inner's tip comes last
             continue;
         }
+
+        // ---- The place x of the point, the nearest place y on the other's centreline, the gap c -
+        // |x - y|
         settle_on_node(fixed, *at);
         const Vec3 x = centreline_point(fixed.state, *at);
         const double beyond = m.s - (outers ? behind_out : behind_in);
@@ -385,6 +388,7 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
         c.gap = c.bilateral ? 0 : clearance - contact.distance;
         if (c.gap > reach && r.normal == 0) continue;
 
+        // ---- Frame: n from the bore's wall to the inner axis, across the centreline at y
         const Vec3 tangent =
             combine(moving.state, near->element, slope_at(near->xi, near->length).first)
                 .normalized();
@@ -411,6 +415,7 @@ void find_nested(const Nesting& n, const NestingStart& start, double reach,
         if (c.bilateral) c.gap = off.dot(c.n);
         fill(n, start, contact);
         contacts.push_back(contact);
+        // ---- Without clearance: a second row, across the first and the bore
         if (!c.bilateral) continue;
         std::swap(c.n, c.t2);
         c.gap = off.dot(c.n);

@@ -4,9 +4,9 @@
 
 #include <vector>
 
-// Instruments in one another: a wire in the bore of a catheter. Points of the outer one (its tip,
-// where the wire comes out, among them) and the tip of the inner one meet the other's smooth
-// centreline: gap = clearance - distance of the centrelines. Equations: docs/theory/beams.md.
+// Instruments in one another: a wire in the bore of a catheter. Contacts are those of points of the
+// outer one (including its tip) and of the tip of the inner one with the other's smooth centreline:
+// gap = clearance - distance of the centrelines. Equations: docs/theory/beams.md.
 
 namespace amontons {
 
@@ -24,13 +24,14 @@ struct Nesting {
     int inners_tip() const { return int(points.size()) - 1; }
 };
 
-/// An instrument of that radius has no clearance in that bore [m].
+/// True if an instrument of this radius has no clearance in a bore of this radius [m].
 bool fills_bore(double radius, double bore);
 
 /// @param spacing  of the outer's points [m]
 Nesting make_nesting(const Wire& inner, const Wire& outer, double friction, double spacing);
 
-/// Lays what is out of a wire along another's centreline: a first guess for both.
+/// Places the part of a wire that is out of the sheath along another's centreline, as a first guess
+/// for both.
 void lie_along(Wire& wire, const Wire& guide);
 
 /// Part of a wire's length past the introducer that lies in another instrument [m]: up to the tip
@@ -52,13 +53,13 @@ struct NestedContact {
     double distance = 0;         ///< of the centrelines [m]
 };
 
-/// Where both were when the step began.
+/// States of both instruments at the start of the step.
 struct NestingStart {
     /// States at the start of the step.
     WireState inner, outer;
 };
 
-/// All points whose gap is below `reach` or that carry a reaction.
+/// All contacts in the bore whose gap is below `reach` [m] or that carry a reaction.
 void find_nested(const Nesting& n, const NestingStart& start, double reach,
                  std::vector<NestedContact>& contacts);
 
@@ -74,7 +75,7 @@ void shift_nested_reactions(Nesting& n, double shift);
 /// Motion of the inner surface against the bore over the step at one of the points, for a contact
 /// with a given normal [m]; zero where they do not face each other.
 Vec3 nested_motion(const Nesting& n, const NestingStart& start, int k, const Vec3& normal);
-/// ... along the surfaces [m].
+/// The part of nested_motion() tangential to the contact [m].
 Vec3 nested_slip(const Nesting& n, const NestingStart& start, int k, const Vec3& normal);
 
 } // namespace amontons

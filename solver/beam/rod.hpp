@@ -10,9 +10,8 @@
 #include <span>
 #include <string>
 
-// What a rod is made of and where it begins: nodes along it, the laws of its elements, their
-// masses. Elements join node i to node i + 1; of a closed rod the last joins the last node to the
-// first.
+// Constant data of a rod and its first shape: nodes along it, laws and masses of its elements.
+// Elements join node i to node i + 1; of a closed rod the last joins the last node to the first.
 
 namespace amontons {
 
@@ -30,12 +29,12 @@ struct RodCorner {
     Quaternion turn; ///< from the node's frame to the element's
 };
 
-/// Everything about a rod that does not change.
+/// Constant data of a rod.
 struct RodModel {
     std::vector<double> s; ///< of the nodes, from the start [m]
     double length = 0;     ///< [m]
     bool closed = false;
-    std::vector<BeamNode> nodes; ///< where they begin
+    std::vector<BeamNode> nodes; ///< places and sections at the start
     std::vector<ElementLaw> law;
     std::vector<CorotationalStrain> natural; ///< of each element, free of stress
     std::vector<ElementMass> mass;
@@ -52,7 +51,7 @@ struct RodModel {
     int second(int element) const { return element + 1 < node_count() ? element + 1 : 0; }
     /// The element's tangent at one of its ends, in the frame of the node there.
     Vec3 axis(int element, int end) const;
-    /// The node at an arc length where one was asked for.
+    /// The node at an arc length [m] that was among `at` of make_rod().
     int node_at(double s) const;
 };
 

@@ -34,7 +34,7 @@ struct RodPlace {
 };
 /// A place on the middle line of an element and its derivative; xi of 0 to 1.
 RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi);
-/// ... of an element of another length [m] than its own, as one that grows out of a sheath was.
+/// The same with another rest length of the element [m], as of one that grows out of a sheath.
 RodPlace rod_place(const RodModel& rod, const std::vector<BeamNode>& nodes, int element, double xi,
                    double length);
 /// The place alone [m].
@@ -58,7 +58,7 @@ template <class Visit> void for_mass_points(const RodModel& rod, Visit visit, in
 /// Rotary inertia of a node about its section's axes, of elements from this one on [kg m^2].
 Vec3 rod_inertia(const RodModel& rod, int node, int from = 0);
 
-/// Adds the mass matrix at these places.
+/// Adds `scale` times the mass matrix at these places of the nodes.
 void add_rod_mass(const RodModel& rod, const std::vector<BeamNode>& nodes, double scale,
                   RodMatrix& M);
 

@@ -30,8 +30,8 @@ public:
     void set_zero();
     /// Multiplies all blocks.
     void scale(double by);
-    /// Factors what stands in the blocks.
-    /// @param first  of a rod that is not closed: nodes before it take no part
+    /// Factors the matrix.
+    /// @param first  of a rod that is not closed: nodes before it are left out
     /// @return  number of negative eigenvalues, of a symmetric matrix
     int factor(int first = 0);
     /// Solves in place with the last factors.

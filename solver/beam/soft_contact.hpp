@@ -5,25 +5,25 @@
 #include <Eigen/Core>
 #include <vector>
 
-// How contacts with walls that are compliant answer to a small motion of the wire: the whole
-// derivative, with the places where forces act and the normals there. Theory:
+// Linearisation of contacts with compliant walls: the full derivative by the motion of the wire,
+// including the change of the places where forces act and of the normals there. Theory:
 // docs/theory/soft_vessels.md.
 
 namespace amontons {
 
-/// The undeformed wall at a point, or what becomes of it where it is compliant.
+/// Distance, normal and Hessian of a wall at a point; of a compliant wall, of its deformed shape.
 /// @param c  out: along and around, of a soft wall
 WallSample sample_wall(const WireWall& wall, const Vec3& x, WallHint& hint, Candidate& c);
 
-/// Displaces the soft wall w by the reactions, at the places and along the normals that it has
-/// then: the two depend on each other.
-/// @return  what they still disagree by [N]
+/// Displaces the soft wall w by the reactions, which act at the places and along the normals of the
+/// displaced wall, by a fixed-point iteration.
+/// @return  remaining difference of the forces [N]
 double settle_wall(const Wire& wire, const std::vector<WireWall>& walls, std::size_t w,
                    std::vector<Proximity>& proximity, double covered);
 
 /// Contacts in their frames (n, t1, t2), 3 numbers each. With X the motion of the wire's points and
 /// rho the change of reactions, forces on the wire change by `follow` X + `share` rho, gaps and
-/// slips by `motion` X + `give` rho (slips without the spin of the wire's section).
+/// slips by `motion` X + `compliance` rho (slips without the spin of the wire's section).
 struct CompliantContacts {
     std::vector<int> which;     ///< candidates
     Eigen::MatrixXd follow;     ///< [N/m]

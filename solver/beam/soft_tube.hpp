@@ -31,8 +31,8 @@ struct TubeForce {
     Vec3 force = Vec3::Zero(); ///< [N]
 };
 
-/// What stood at a point in the undeformed tube, if the wall's displacement continues straight from
-/// its inner surface: x = y + u(y).
+/// The point y of the undeformed tube that is displaced to x = y + u(y), where the displacement of
+/// the inner surface is continued straight along its normal.
 struct PulledBack {
     Vec3 y = Vec3::Zero(), u = Vec3::Zero(); ///< [m]
     Mat3 gradient = Mat3::Identity();        ///< dx / dy
@@ -52,14 +52,14 @@ using WallStatePointer = std::shared_ptr<const WallState>;
 /// A tube of elastic material under a constant load and forces on its inner surface.
 ///
 /// Linear material: displacements are those of the load and K^-1 times the forces. Hyperelastic:
-/// K is the tangent at some state, and what the load displaces becomes an offset that
-/// solver/step/soft_balance finds, so that the sum is in the material's own balance.
+/// K is the tangent at some state, and the displacement by the load is part of an offset that
+/// solver/step/soft_balance finds, so that the sum is in equilibrium by the material's own law.
 ///
-/// Forces are given to the 16 nodes around their place by the same weights that displacements are
-/// taken from, so that work is work; columns of K^-1 are solved for nodes when a force or a
-/// question first comes near and kept from then on (72 bytes for each of those times each inner
-/// node). Everything else is a product of columns, and costs nothing of the size of the mesh but
-/// the length of a column.
+/// Forces are distributed to the 16 nodes around their place by the weights that interpolate
+/// displacements, so that their work is exact; columns of K^-1 are solved for nodes when a force or
+/// a query first comes near, and stored (72 bytes for each of those times each inner node).
+/// Everything else is a product of columns, whose cost depends on the mesh only by the length of a
+/// column.
 /// One object serves one thread at a time.
 class SoftTube {
 public:
@@ -93,30 +93,31 @@ public:
 
     /// Of the inner surface under load and forces [m].
     Vec3 displacement(const TubePlace& at);
-    /// What the wall there has moved since the start's forces [m].
+    /// Displacement of the wall there relative to that by the forces of set_start() [m].
     Vec3 since_start(const TubePlace& at);
     /// @param hint  of undeformed()
     PulledBack pull_back(const Vec3& x, WallHint& hint);
 
-    /// Null of a linear wall; else what it is made of.
+    /// The hyperelastic material; null for a linear wall.
     const WallMaterial* hyperelastic() const { return hyperelastic_ ? &*hyperelastic_ : nullptr; }
     /// Of a hyperelastic wall: in balance without contacts; energies count from here.
     const WallStatePointer& at_rest() const { return at_rest_; }
-    /// Takes the offset of displacements from a state; of one with an older tangent, what makes
-    /// the same displacement with this one.
+    /// Sets the offset of displacements from a state; of a state with an older tangent, the offset
+    /// that gives the same displacement with the present one.
     void take(const WallStatePointer& state);
     /// Displacements of `since` refer to the displacement of a state.
     void set_start(const WallState& state);
-    /// What the material answers to the present displacement, forces of now among the loads.
+    /// Evaluates the material at the present displacement, with the present forces among the loads.
     /// @param state  in: offset, and elements to start from; out: all
-    /// @returns  "", or what the wall does instead of answering
+    /// @returns  "", or the reason if the material cannot be evaluated there
     std::string evaluate_material(WallState& state) const;
-    /// By which the material and all forces disagree there, 0 where it is held: 3 nodes [N].
-    Eigen::VectorXd imbalance(const WallState& looked_at) const;
-    /// K^-1 of forces on nodes, 3 nodes [m].
+    /// Unbalanced nodal forces of a state that evaluate_material() has evaluated, 0 at held degrees
+    /// of freedom: 3 nodes [N].
+    Eigen::VectorXd imbalance(const WallState& evaluated) const;
+    /// Displacements K^-1 f by forces f on nodes, 3 nodes [m].
     Eigen::VectorXd answer(const Eigen::VectorXd& forces) const;
-    /// Makes K the tangent at a displacement, and forgets all columns.
-    /// @returns  false, and all is as before, where that is not positive definite
+    /// Sets K to the tangent at a displacement, and drops all columns.
+    /// @returns  false, without a change, where the tangent is not positive definite
     bool relinearise(std::shared_ptr<const Eigen::VectorXd> at);
     const std::shared_ptr<const Eigen::VectorXd>& tangent_at() const { return tangent_at_; }
     /// That was taken last, with the offset for this tangent.
@@ -137,7 +138,7 @@ public:
     /// and their dipoles: 9n x 9n, symmetric.
     Eigen::MatrixXd compliance_with_slopes(std::span<const TubePlace> places);
 
-    /// Of the lumen, where it begins [m].
+    /// Radius of the lumen at the start of the tube [m].
     double radius_scale() const { return options_.centreline.at(0.0).radius; }
     /// Largest displacement of an inner node by the load alone [m].
     double loaded_displacement() const { return loaded_; }

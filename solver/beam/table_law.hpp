@@ -4,14 +4,14 @@
 
 #include <vector>
 
-// A section's law by table: its moment over its curvature, its force over its strain. Elastic: the
-// way back is the way there.
+// A section's law by table: its moment over its curvature, its force over its strain. Elastic:
+// unloading follows the loading curve.
 
 namespace amontons {
 
 /// Straight between the table's points and beyond the last; corners are rounded by parabolas over a
-/// twentieth of the shorter side, so that the stiffness is continuous (but at 0, where a table may
-/// have tension and compression meet).
+/// twentieth of the shorter side, so that the stiffness is continuous (except at 0, where it may
+/// differ between tension and compression).
 struct TableLaw {
     /// From `start` on: force + stiffness d + bend d^2 / 2.
     struct Piece {
@@ -29,7 +29,7 @@ struct TableLaw {
     };
     /// Of the whole table, with its stiffness at rest.
     Value at(double strain) const;
-    /// What is more than the linear law of the stiffness at rest.
+    /// The part beyond the linear law of the stiffness at rest.
     Value beyond(double strain) const;
 };
 

@@ -3,8 +3,8 @@
 #include "solver/beam/wire.hpp"
 #include "solver/beam/wire_contact.hpp"
 
-// A wire whose tip is held: its unknowns there are taken from every row and column, and what is
-// left of them in the gradient is what the hold carries.
+// A wire whose tip is held: its unknowns there are removed from every row and column, and the
+// gradient that remains in them is the force and moment of the hold.
 
 namespace amontons {
 
@@ -18,17 +18,17 @@ struct TipLoad {
 /// @param wire  out of its sheath
 void hold_tip_here(Wire& wire, bool turns);
 
-/// Puts the tip where the hold has it, and spreads the way there over the length that is out.
-/// @param moved  of the hold since it took the tip [m]
+/// Moves the tip to its prescribed place, and distributes the motion over the length that is out.
+/// @param moved  displacement of the tip since the hold began [m]
 void move_held_tip(Wire& wire, const Vec3& moved);
 
-/// Takes the tip from a system that is complete but for its contact rows.
+/// Removes the tip's unknowns from a system that is complete but for its contact rows.
 TipLoad hold_tip(const Wire& wire, BlockTridiagonal& tangent, std::vector<Node6>& gradient);
 
-/// Takes it from a row on the nodes of an element.
+/// Removes them from a row on the nodes of an element.
 void hold_tip(const Wire& wire, int element, ContactRow& row);
 
-/// Whether a place cannot move: a contact there has no effect.
+/// Whether a place is held, so that a contact there has no effect.
 bool is_held(const Wire& wire, int element, double xi);
 
 } // namespace amontons

@@ -22,9 +22,9 @@ std::string find_balance(const VolumeMesh& mesh, const WallMaterial& material,
             hyperelastic_forces(material.elements[std::size_t(e)], material.law,
                                 displaced_places(mesh, nodes, s.u), state, forces);
         if (found != ElementFault::none) {
-            fault = element_place(mesh, e) + (found == ElementFault::inverted
-                                                  ? " would be turned inside out"
-                                                  : " buckles within itself");
+            fault =
+                element_place(mesh, e) +
+                (found == ElementFault::inverted ? " would be inverted" : " buckles within itself");
             return;
         }
         s.energy += state.energy;

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-// A vessel's wall of hyperelastic material: what it is made of, and its true balance. Theory:
+// A vessel's wall of hyperelastic material: its law and pressures, and its equilibrium. Theory:
 // docs/theory/soft_vessels.md.
 
 namespace amontons {
@@ -27,21 +27,22 @@ struct WallMaterial {
     std::vector<WallPressure> pressures;
 };
 
-/// A displaced wall, as its material answers to it.
+/// State of a displaced wall, evaluated by its material's law.
 struct WallState {
     Eigen::VectorXd u;                       ///< 3 nodes [m]
     std::vector<HyperelasticState> elements; ///< there
     Eigen::VectorXd off;                     ///< loads less inner forces, 3 nodes [N]
-    double energy = 0;                       ///< stored, less the loads' work [J]
-    /// Of u, what is not the tangent's answer to contact forces: u = offset + K^-1 f [m].
+    double energy = 0;                       ///< elastic energy less the loads' work [J]
+    /// u less the linear response to the contact forces f: u = offset + K^-1 f [m].
     Eigen::VectorXd offset;
     /// Where that tangent is taken [m].
     std::shared_ptr<const Eigen::VectorXd> tangent_at;
 };
 
-/// @param dead   3 nodes [N]
+/// Evaluates the material of a wall at the displacement state.u: inner forces, loads and energy.
+/// @param dead   loads of fixed direction, 3 nodes [N]
 /// @param state  in: u, and elements to start from, or none; out: all but the offset
-/// @returns  "", or what the wall does instead of answering
+/// @returns  "", or the reason if the material cannot be evaluated there
 std::string find_balance(const VolumeMesh& mesh, const WallMaterial& material,
                          const Eigen::VectorXd& dead, WallState& state);
 

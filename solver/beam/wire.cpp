@@ -279,7 +279,7 @@ void drive_base(Wire& wire, double insertion, double twist)
     // ---- Mesh of the new base position
     s.first = first_node(wire.material, insertion);
     // Compressed or stretched in the sheath by much of an element, the wire is not where its base
-    // states: the element at the sheath's end would have next to no length, or less.
+    // states: the element at the sheath's end would have almost no length, or a negative one.
     if (first_element_lags(wire))
         s.first = std::min(first_node(wire.material, s.inserted), wire.last() - 1);
     if (!wire.outside()) {

@@ -13,21 +13,21 @@
 namespace amontons {
 
 /// The straight frictionless sheath. The wire inside it is not meshed: it carries axial,
-/// torsional and bending energy, and its two freedoms are the length that has come out and
-/// the rotation at the sheath's end.
+/// torsional and bending energy, and its two degrees of freedom are the length that is out of the
+/// sheath and the rotation at the sheath's end.
 struct Sheath {
-    Vec3 end = Vec3::Zero();       ///< where the grip is rigid for the last time [m]
+    Vec3 end = Vec3::Zero();       ///< end of its rigid part [m]
     Mat3 frame = Mat3::Identity(); ///< columns: direction, material axes 2 and 3 at no twist
-    double fade = 0;               ///< the grip fades out over this length behind `end` [m]
-    double grip = 0;               ///< lateral stiffness per length where the fading begins [N/m^2]
-    /// Springs between what holds the base and the wire: a hand's. 0: held rigidly.
+    double fade = 0; ///< length beyond `end` over which the lateral stiffness ends [m]
+    double grip = 0; ///< lateral stiffness per length at `end` [N/m^2]
+    /// Springs between the drive and the base of the wire, as of a hand. 0: rigid.
     double compliance = 0;      ///< along the wire [m/N]
     double turn_compliance = 0; ///< about it [rad/(N m)]
 };
 
 struct WallState; // solver/beam/wall_material.hpp
 
-/// Where a contact lies on a wall that is compliant, as it was found last.
+/// Place of a contact on a compliant wall at its last evaluation.
 struct WallTouch {
     /// True after the first evaluation.
     bool known = false;
@@ -45,26 +45,27 @@ struct Reaction {
 
 /// State of a wire.
 struct WireState {
-    int first = 0;            ///< material node at the held end (in a sheath: the moving one)
-    double inserted = 0;      ///< length of wire past the sheath's rigid end [m]
-    double inserted_rest = 0; ///< what `inserted` is too coarse for: the first element is short [m]
-    double rotation = 0;      ///< of the section there about the axis [rad]
+    int first = 0;       ///< material node at the held end (in a sheath: the moving one)
+    double inserted = 0; ///< length of wire past the sheath's rigid end [m]
+    /// Low-order part of `inserted`, which the strain of a short first element needs [m].
+    double inserted_rest = 0;
+    double rotation = 0;            ///< of the section there about the axis [rad]
     double base_insertion = 0;      ///< given [m]
     double base_twist = 0;          ///< given [rad]
-    std::vector<BeamNode> nodes;    ///< those before `first` mean nothing
+    std::vector<BeamNode> nodes;    ///< those before `first` are undefined
     std::vector<Reaction> reaction; ///< [point * walls + wall]
-    Vec3 tip_moved = Vec3::Zero();  ///< of a held tip, since the hold took it [m]
+    Vec3 tip_moved = Vec3::Zero();  ///< displacement of a held tip since the hold began [m]
     Vec3 tip_force = Vec3::Zero(), tip_moment = Vec3::Zero(); ///< of its hold [N], [N m]
     double wall_energy = 0; ///< elastic, of walls that yield under the reactions [J]
-    /// Of each wall how it is displaced, null where it is not hyperelastic; empty where none is.
+    /// Displaced state of each wall, null where it is not hyperelastic; empty where none is.
     std::vector<std::shared_ptr<const WallState>> wall;
 };
 
 /// The tip is held in its place.
 struct TipHold {
     bool turns = false;        ///< its cross-section does not turn either
-    Vec3 place = Vec3::Zero(); ///< where the hold took it [m]
-    Quaternion section;        ///< the same
+    Vec3 place = Vec3::Zero(); ///< of the tip when the hold began [m]
+    Quaternion section;        ///< rotation of its section then
 };
 
 /// Constant data of a wire, and its state.
@@ -93,7 +94,7 @@ int first_node(const WireMaterial& material, double insertion);
 /// Law of the element at the held end, for the length that is out.
 ElementLaw held_element_law(const Wire& wire, const WireState& state);
 
-/// Where a point of the held part is: on the axis of the sheath.
+/// Place of a point of the held part, on the axis of the sheath [m].
 Vec3 held_point(const Wire& wire, const WireState& state, double s);
 /// Rotation of a section of the held part.
 Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
@@ -102,8 +103,8 @@ Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
 /// Adds and removes nodes.
 void drive_base(Wire& wire, double insertion, double twist);
 
-/// Whether the element at the sheath's end has become much shorter or longer than a whole one, as
-/// when a jump draws wire into the sheath: driving the base to where it is makes another.
+/// Whether the element at the sheath's end has become much shorter or longer than a whole one, for
+/// instance when a jump draws wire into the sheath. drive_base() to the present base then remeshes.
 bool first_element_lags(const Wire& wire);
 
 /// Forces at the base of a sheath.

@@ -118,6 +118,7 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             const std::size_t index = p * nw + w;
             const Reaction& r = s.reaction[index];
             Proximity& near = proximity[index];
+            // ---- Is it near? By the last evaluation, by a bound of the distance, by the distance
             const double need = m.radius + reach;
             if (near.distance >= 0 && r.normal == 0 &&
                 near.distance - kSteepestWall * (x - near.at).norm() > need + moves[w])
@@ -143,6 +144,7 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             }
             if (sample.distance > need && r.normal == 0) continue;
 
+            // ---- Gap g = d(x) - r, on a foundation plus the compression of its springs
             c.point = int(p);
             c.wall = int(w);
             c.index = int(index);
@@ -161,6 +163,7 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
             c.stiffness = wire.material.stiffness[std::size_t(place->element)];
             c.normal = r.normal;
             c.sticks = r.sticks;
+            // ---- Frame (n, t1 along the wire, t2) and slip u = x + a - (x0 + R0 R^T a), a = -r n
             const Quaternion section = section_rotation(s, *place);
             const Vec3 tangent = first_axis(section.q);
             Vec3 t = tangent - c.n * c.n.dot(tangent);
@@ -184,6 +187,7 @@ void find_candidates_once(const Wire& wire, const std::vector<WireWall>& walls,
                 c.tangential[0] = r.tangential.dot(c.t1);
                 c.tangential[1] = r.tangential.dot(c.t2);
             }
+            // ---- Rows, without what is held
             fill_rows(wire, c);
             if (wire.plane) hold_in_plane(wire, c);
             if (wire.tip)

@@ -27,15 +27,15 @@ inline ContactRow contact_row(const Vec12& v)
 
 /// A wall that the wire can touch.
 struct WireWall {
-    const Wall* wall = nullptr;   ///< undeformed
-    SoftTube* soft = nullptr;     ///< that yields as an elastic solid; null: rigid
-    double foundation = 0;        ///< or as springs along its normal: per length of wire [N/m^2]
-    std::vector<double> friction; ///< at each contact point of the wire [-]
-    std::vector<double> friction_of_segment; ///< what those are made from
+    const Wall* wall = nullptr; ///< undeformed
+    SoftTube* soft = nullptr;   ///< elastic solid of the wall; null: rigid
+    double foundation = 0; ///< stiffness of springs along the normal, per length [N/m^2]; 0: none
+    std::vector<double> friction;            ///< at each contact point of the wire [-]
+    std::vector<double> friction_of_segment; ///< the same of each segment [-]
 };
 
-/// What detection remembers of a point and a wall, so as not to ask the wall again before the
-/// point can have come near.
+/// Last evaluation of a wall at a contact point: the wall is not evaluated again before the point
+/// can have come near.
 struct Proximity {
     WallHint hint;
     /// The place of the last evaluation [m].
@@ -43,12 +43,12 @@ struct Proximity {
     double distance = -1; ///< there [m]; < 0: unknown
 };
 
-/// Where the contact points were when the step began: slip is measured from there.
+/// Contact points at the start of the step, from which slip is measured.
 struct StepStart {
     std::vector<Vec3> point;         ///< on the centreline [m]
     std::vector<Quaternion> section; ///< rotation of the section
 };
-/// Stores places and frames of the contact points, from which slip counts.
+/// The contact points at the present state.
 StepStart mark_step_start(const Wire& wire);
 
 /// A contact point near a wall: geometry in the current state, frame (n, t1 along the wire, t2).
@@ -75,16 +75,17 @@ struct Candidate {
     double compliance = 0;        ///< on a foundation: 1 / stiffness along n [m/N]
 };
 
-/// All points whose gap is below `reach` or that carry a reaction. Walls that are compliant are
-/// displaced by the reactions where those act now.
-/// @param covered  no points nearer the base than this: they lie in another instrument [m]
-/// @return  what forces on soft walls and the walls' shapes still disagree by [N]
+/// All points whose gap is below `reach` [m] or that carry a reaction. Compliant walls are
+/// displaced by the reactions at their present places.
+/// @param covered  points nearer the base than this are left out: they lie in another instrument
+///                 [m]
+/// @return  remaining difference between the forces on soft walls and those of their shapes [N]
 double find_candidates(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
                        double reach, std::vector<Proximity>& proximity,
                        std::vector<Candidate>& candidates, double covered = 0);
 
-/// The forces that reactions put on soft walls become those of their start: slip is measured from
-/// there.
+/// Sets the start of soft walls (SoftTube::set_start) to the forces of the present reactions: slip
+/// is measured from there.
 void mark_soft_walls(const Wire& wire, const std::vector<WireWall>& walls);
 
 /// Whether any of them is an elastic solid.

@@ -18,12 +18,12 @@
 // Its unknowns y are a change of the iterate: of places [m] in quasi-static steps, of velocities
 // [m/s] in dynamic ones. With A its step matrix and H the rows of the contacts on it,
 //   A y = A y_free + H^T r:   y_free is its motion without contact.
-// What A cannot hold, the rigid modes R of a body that is held by its contacts alone, are unknowns
-// a of their own: y = y_free + A^+ H^T r + R a with the balance R^T (H^T r) + g = 0.
+// The rigid modes R of a body that is held by its contacts alone, for which A is singular, have
+// unknowns a of their own: y = y_free + A^+ H^T r + R a with the balance R^T (H^T r) + g = 0.
 
 namespace amontons {
 
-/// Of remarks of bodies and of steps.
+/// Text of remarks of bodies and of steps.
 inline constexpr const char* kNotStable = "its balance is not stable";
 
 /// One step in time.
@@ -34,8 +34,8 @@ struct StepInput {
     /// Acceleration [m/s^2].
     Vec3 gravity = Vec3::Zero();
     double load = 1; ///< share of the bodies' own loads, gravity apart
-    /// Motion of second order: joints and the contacts of rigid bodies hold where the step ends,
-    /// and their forces act half way (docs/theory/motion.md).
+    /// Motion of second order: joints and the contacts of rigid bodies are satisfied at the end of
+    /// the step, and their forces act at its middle (docs/theory/motion.md).
     bool follows = false;
     /// Time at the end of the step [s].
     double end() const { return start + h; }
@@ -47,12 +47,12 @@ struct BodyPlace {
     /// Nodes and weights of a place on a mesh.
     std::span<const StencilEntry> nodes;
     Vec3 point = Vec3::Zero(); ///< at the iterate; of steps that follow it, half way [m]
-    bool turns = false;        ///< the turn is meant, and a moment; of rigid bodies, patches and
-                               ///< rods
+    /// The row is of the rotation, and its force a moment; of rigid bodies, patches and rods.
+    bool turns = false;
     /// The patch that carries the place, of joints on solids; else nullptr.
     const PatchPose* patch = nullptr;
     Vec3 arm = Vec3::Zero(); ///< of the point, from the patch's centre [m]
-    bool half_way = false;   ///< of rods: forces act on the section as it is half way of the step
+    bool half_way = false;   ///< of rods: forces act on the section at the middle of the step
 };
 
 /// A rigid placement: x = turn X + shift.
@@ -79,7 +79,7 @@ public:
 
     /// Number of unknowns of its iterate.
     virtual int unknowns() const = 0;
-    virtual bool nonlinear() const = 0; ///< its forces are not linear in the places
+    virtual bool nonlinear() const = 0; ///< its forces are a nonlinear function of the places
 
     /// Bound of the prescribed motion of any place from one time to another [m].
     virtual double prescribed_motion(double /*from*/, double /*to*/) const { return 0; }
@@ -107,7 +107,7 @@ public:
     /// W = C^T A^+ C, symmetric.
     virtual void compliance(const SparseColumns& C, Eigen::MatrixXd& W) = 0;
     virtual Eigen::VectorXd solve(const Eigen::VectorXd& force) = 0; ///< A^+ f
-    /// A^+ C r, of the C that compliance() was last asked about.
+    /// A^+ C r, with the C of the last compliance().
     virtual Eigen::VectorXd solve(const SparseColumns& C, const Eigen::VectorXd& r)
     {
         return solve(Eigen::VectorXd(C * r));
@@ -133,19 +133,19 @@ public:
     virtual double imbalance(const Eigen::VectorXd& force) = 0;
 
     /// Before a dynamic step is accepted: the moment of its contacts and joints about the origin
-    /// [N m s], each at one place for both bodies. Surfaces that slide along each other, or that a
-    /// gap parts, have places of their own; acting there, forces would turn the two together.
+    /// [N m s], each at one place for both bodies. On surfaces that slide along each other, or with
+    /// a gap between them, the places on the two bodies differ; forces there would have a moment.
     virtual void add_contact_moment(const Vec3&) {}
     /// The iterate becomes the state.
     virtual BodyEnergy accept(const Eigen::VectorXd& force) = 0;
 
     virtual double size() const = 0;  ///< [m]
-    virtual double speed() const = 0; ///< no place of the body was faster at the start [m/s]
+    virtual double speed() const = 0; ///< bound of the velocity of any place at the start [m/s]
     virtual double kinetic_energy() const = 0; ///< of the state [J]
     virtual Vec3 momentum() const = 0;         ///< linear [kg m/s]
     virtual Vec3 angular_momentum() const = 0; ///< about the origin [kg m^2/s]
 
-    /// Velocities of the state, of as many numbers as the body has; before its first step.
+    /// Velocities of the state, for set_velocities(); before the first step.
     virtual std::vector<double> velocities() const { return {}; }
     /// Sets velocities of a saved state.
     virtual void set_velocities(std::span<const double> /*velocities*/) {}

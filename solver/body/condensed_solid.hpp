@@ -8,10 +8,10 @@ namespace amontons {
 
 /// A linear solid in quasi-static steps, condensed on the nodes that may touch something.
 ///
-/// Its displacement is a sum: that of each load and each prescribed set, found once, times how much
-/// of it there is now, and what the contact forces do. So a step works on contacts alone, whatever
-/// the size of the mesh; energies and reactions follow from products of the parts, by reciprocity
-/// (Betti). The nodes inside are found when somebody asks: complete().
+/// Its displacement is a sum: that of each load and each prescribed set at size one, found once,
+/// times its present size, and that by the contact forces. So the work of a step depends on the
+/// contacts alone, not on the mesh; energies and reactions follow from products of the parts, by
+/// reciprocity (Betti). Displacements of inner nodes are computed on demand: complete().
 class CondensedSolid final : public SolidBody {
 public:
     using SolidBody::SolidBody;
@@ -88,7 +88,7 @@ private:
     bool complete_ = true;            ///< the state's u holds for all nodes
     // A^-1 C of columns that stay: few contacts may act on many nodes.
     int same_columns_ = 0;                   ///< calls in a row with the columns that came last
-    std::optional<Eigen::MatrixXd> motions_; ///< unknowns x columns; empty: not worth it
+    std::optional<Eigen::MatrixXd> motions_; ///< unknowns x columns; empty: slower than solves
 };
 
 } // namespace amontons

@@ -18,9 +18,9 @@ std::string name_of_motion(const Vec3& shift, const Vec3& turn);
 /// Where a body begins.
 Placement start_placement(const StartInput& start);
 
-/// A body that begins turned has its mesh turned, so that x, y and z of its holds are the world's,
-/// as those of its loads are. Not if its holds ask for the body's own axes, or hold all three at 0:
-/// bodies with the same mesh share their factor.
+/// Rotates the mesh of a body that starts turned, so that x, y and z of its holds are the world's
+/// axes, like those of its loads. Not if its holds use the body's own axes, or hold all three at 0:
+/// bodies with the same mesh can then share their factor.
 void turn_with_mesh(SolidInput& input, VolumeMesh& mesh);
 
 /// Where a drive puts a body at time t.

@@ -9,8 +9,8 @@
 
 namespace amontons {
 
-/// The largest rotations and strains that a solid's linear theory was asked for: with a rotation of
-/// w its errors are of the order of w, of an extension by w^2/2 that is none.
+/// The largest rotations and strains to which a solid's linear theory was applied: a rotation by w
+/// causes errors of the order of w, with a spurious extension of w^2/2.
 struct LinearLimit {
     double rotation = 0; ///< of an element, relative to the body's rigid motion [rad]
     double strain = 0;   ///< largest principal one of an element [-]

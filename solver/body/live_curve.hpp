@@ -9,11 +9,11 @@
 
 namespace amontons {
 
-/// A curve of a body that a caller may lead by hand between two steps.
+/// A curve of a body that a caller may set between two steps.
 struct LiveCurve {
     std::string name; ///< BODY.x, BODY.loads.0.over: as in the scene
     std::string unit;
-    CurvePoints* curve = nullptr; ///< the body's own, which counts
+    CurvePoints* curve = nullptr; ///< the body's own, by which it moves
     double missing = 0;           ///< its value where the scene has none
     /// Least admissible value, in the unit of the input.
     double lower = -std::numeric_limits<double>::infinity();

@@ -9,50 +9,51 @@
 
 namespace amontons {
 
-/// A rigid body, free or driven. Six unknowns: of its centre of mass, and of its turn about it.
+/// A rigid body, free or driven. Six unknowns: motion of its centre of mass, and rotation about it.
 ///
-/// Its angular momentum is kept as such, so that a body left alone conserves it to round-off; the
-/// inertia of the end of the step is taken.
+/// Its angular momentum is a state variable, so that a free body conserves it to round-off; the
+/// inertia is that at the end of the step (in steps of second order: rigid_turn.hpp).
 class RigidBody final : public Body {
 public:
     /// @param mass  of the shape: density times volume [kg], and its inertia [kg m^2]
     RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass);
 
     const RigidShape& shape() const { return shape_; }
-    /// Of the shape at the iterate, and at the start of the step.
+    /// Placement of the shape at the iterate.
     Placement placement() const { return placement_of(now_); }
     /// Centre of mass [m] and turn at the iterate of a step at rest.
     std::pair<Vec3, Eigen::Quaterniond> iterate() const { return {now_.centre, now_.turn}; }
-    /// Puts them back as they were.
+    /// Sets centre of mass [m] and turn of the iterate, as iterate() gave them.
     void set_iterate(const std::pair<Vec3, Eigen::Quaterniond>& at)
     {
         now_.centre = at.first;
         now_.turn = at.second;
     }
-    /// At the end of a step without contact.
+    /// Placement at the end of a step without contact.
     Placement free_placement(const StepInput& step) const;
-    /// Place and rotation at the start of the run.
+    /// Placement at the start of the step.
     Placement start_placement() const { return placement_of(state_); }
 
     const Vec3& centre() const { return state_.centre; } ///< of mass [m]
-    /// Of the centre of mass [m/s].
+    /// Velocity of the centre of mass [m/s].
     const Vec3& centre_velocity() const { return state_.velocity; }
     const Vec3& spin() const { return state_.spin; } ///< [rad/s]
 
     int unknowns() const override { return driven() ? 0 : 6; }
     bool nonlinear() const override { return false; }
-    /// Its contacts stand for equal parts of a face.
+    /// True if its contacts represent equal parts of a face (shape.points).
     bool spread() const { return input_.shape.points > 0; }
     /// True if a drive prescribes its motion.
     bool driven() const { return input_.drive.given; }
-    /// What a caller may lead by hand: its drive, the factor on its force and torque.
+    /// Curves that a caller may set between steps: its drive, the factor on its force and torque.
     std::vector<LiveCurve> live_curves();
     /// The start, as the scene gives it.
     const StartInput& begun() const { return input_.start; }
-    /// Puts a driven body there, at the iterate and at the ends of steps to come, instead of where
-    /// its drive specifies.
+    /// Sets the placement of a driven body, at the iterate and at the ends of later steps, in place
+    /// of that of its drive.
     void drive_to(const Placement& at);
-    /// What contacts and couplings do to a driven body: the drive works against it.
+    /// Sets the sum of the contact and coupling forces on a driven body, against which its drive
+    /// does work.
     /// @param force   mean over a dynamic step, at the end of a quasi-static one [N]
     /// @param torque  about the origin [N m]
     void add_reaction(const Vec3& force, const Vec3& torque);

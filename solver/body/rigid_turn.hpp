@@ -24,7 +24,7 @@ inline Vec3 cayley_vector(const Eigen::Quaterniond& turn)
 
 /// The mean spin W of a step, along the body's axes: W = J^-1 (share P' + past), where P', the
 /// angular momentum at the step's end along the axes that the body has there, follows from the turn
-/// by h W itself. With share 1/2 and past = P / 2 the energy changes by what impulses do alone.
+/// by h W itself. With share 1/2 and past = P / 2 the energy changes by the work of impulses only.
 /// Source: Simo & Wong 1991, the midpoint rule on momenta along the body's axes.
 /// @param inertia  about the centre of mass, along the body's axes [kg m^2]; and its inverse
 /// @param end      the angular momentum at the end, along the axes at the start [kg m^2/s]

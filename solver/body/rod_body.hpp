@@ -12,7 +12,7 @@
 
 namespace amontons {
 
-/// A contact force on a rod as far as it is known before linearise().
+/// A contact force on a rod at the last iterate, known before linearise().
 struct ContactLoad {
     /// Where the force acts.
     BodyPlace at;
@@ -20,28 +20,29 @@ struct ContactLoad {
     Vec3 normal = Vec3::UnitZ();   ///< unit, into the rod
     double gap = 0;                ///< at the iterate [m]
     Mat3 curvature = Mat3::Zero(); ///< derivative of the normal by the place [1/m]
-    bool still = false;            ///< what it touches does not move with contact forces
-    double firm = 0;               ///< ... does by less than the force over this [N/m]; 0: unknown
+    bool still = false;            ///< the other body does not move under contact forces
+    /// Lower bound of the other body's stiffness at the contact [N/m]; 0: unknown.
+    double firm = 0;
 };
 
 /// A beam that is held and loaded anywhere: docs/theory/beams.md.
 ///
-/// Unknowns are six a node: its place in space and its turn in the section's axes; of dynamic steps
-/// the velocities of both. All nodes count, also those that are held: their rows and columns are
-/// taken from the matrix, and what is prescribed is part of the free motion, so that Newton's
-/// method moves a rod together with its ends. A place on a rod is one entry (element, xi) and a
-/// point that is fixed to the cross-section there.
+/// Unknowns are six a node: its place in space and its rotation in the section's axes; of dynamic
+/// steps the velocities of both. All nodes have unknowns, also those that are held: their rows and
+/// columns are removed from the matrix, and prescribed motions are part of the free motion, so that
+/// Newton's method moves a rod together with its ends. A place on a rod is one entry (element, xi)
+/// and a point that is fixed to the cross-section there.
 class RodBody final : public Body {
 public:
     /// @param curve    of its shape, if it has one
     /// @param damping  mass-proportional [1/s]
-    /// @param joined   places in space at which couplings hold it: nodes stand there, where these
-    ///                 are on the rod [m]
+    /// @param joined   places in space of its couplings: nodes are placed there, if they are on the
+    ///                 rod [m]
     /// @throws InputError  (places relative to the body)
     RodBody(const RodInput& input, const Centreline* curve, double damping,
             std::span<const Vec3> joined = {});
 
-    /// The place of its middle line that is nearest to a point, where it begins.
+    /// The place of its centreline, in the first shape, that is nearest to a point.
     struct Nearest {
         double s = 0;        ///< arc length from the start [m]
         double distance = 0; ///< [m]
@@ -52,14 +53,15 @@ public:
     Nearest nearest(const Vec3& x) const;
     /// A node as a place of the rod: (element, xi).
     StencilEntry place_of_node(int node) const;
-    /// Where a node stands and how its section is turned, at the iterate.
+    /// Place of a node and rotation of its section at the iterate.
     Placement node_pose(int node) const;
     /// True of a node that a sheath holds where the rod begins.
     bool starts_in_sheath(int node) const;
-    /// Of dynamic runs, before the first step: what is fed begins with the velocity of its feed.
+    /// Before the first step of a dynamic run: sets the velocity of a rod that is fed out of a
+    /// sheath to that of its feed.
     void start_with_feed();
 
-    /// What a caller may lead by hand: its loads, and how far it is fed out of a sheath.
+    /// Curves that a caller may set between steps: its loads, and the length fed out of a sheath.
     std::vector<LiveCurve> live_curves();
     /// Constant data of the rod.
     const RodModel& model() const { return rod_; }
@@ -67,74 +69,76 @@ public:
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
     /// Nodes of the run's first state.
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
-    std::array<double, 6> strain(int element) const; ///< of the iterate
+    std::array<double, 6>
+    strain(int element) const; ///< of the iterate: see element_strain [-, 1/m]
     /// Forces and moments of an element's section, in the order of its strains [N], [N m].
     std::array<double, 6> resultants(int element) const;
-    AxisBox box() const;        ///< of its surface, at the iterate
-    AxisBox box_before() const; ///< ... at the start of the step
-    Curve curve() const;        ///< its middle line, at the iterate
-    Curve curve_before() const; ///< ... at the start of the step
-    /// True of a place that the sheath still holds, or that lies between two nodes of which it
-    /// holds both.
+    AxisBox box() const;        ///< box around its surface, at the iterate [m]
+    AxisBox box_before() const; ///< the same at the start of the step [m]
+    Curve curve() const;        ///< its centreline, at the iterate
+    Curve curve_before() const; ///< the same at the start of the step
+    /// True of a place in the sheath, or between two nodes that the sheath holds.
     bool in_sheath(const CurvePlace& at) const;
-    /// Along the rod into the scene, what pushes it out of its sheath, at the accepted state [N].
+    /// Force of the feed on the rod's base, > 0 out of the sheath, at the accepted state [N].
     double push_force() const { return push_; }
-    /// What turns its base about the sheath, at the accepted state [N m].
+    /// Torque of the feed on the rod's base, about the sheath, at the accepted state [N m].
     double sheath_torque() const { return torque_; }
     double length_out_of_sheath() const; ///< at the state [m]
-    double turned_in_sheath() const;     ///< its base, at the state [rad]
-    /// What is fed out of a sheath is fed no farther than at the state, until release_feed().
+    double turned_in_sheath() const;     ///< rotation of its base, at the state [rad]
+    /// Limits the feed to its length at the state, until release_feed().
     void stop_feed() { most_fed_ = accepted_.end.fed; }
-    /// It follows what is prescribed again.
+    /// The feed follows its prescribed length again.
     void release_feed() { most_fed_ = -1; }
-    /// Whether stop_feed() holds it.
+    /// Whether stop_feed() is in effect.
     bool feed_is_stopped() const { return most_fed_ >= 0; }
     /// The segment of a place; where two meet, the first.
     int segment_of(const CurvePlace& at) const;
-    /// Turn of its end about the sheath since the base's was 0, at the state [rad].
+    /// Rotation of its end about the sheath, from that at a base rotation of 0, at the state [rad].
     double tip_rotation() const;
-    /// Whether it moves through a viscous medium.
+    /// Whether the scene gives it a viscous drag.
     bool has_drag() const { return input_.drag > 0; }
-    /// True at a node whose place cannot move in this direction.
+    /// True at a node that is held along this direction.
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
-    double contact_reach() const; ///< of gaps that are examined [m]
-    /// Where it may touch what runs along it.
+    double contact_reach() const; ///< search distance of its contacts [m]
+    /// The stations of its contacts (contact/curve/curve_contact.hpp).
     const std::vector<CurvePlace>& stations() const { return stations_; }
-    /// ... by the elements as they are away from a sheath's end.
+    /// The same with all elements of full length, as away from the end of a sheath.
     const std::vector<CurvePlace>& whole_stations() const
     {
         return material_ ? whole_stations_ : stations_;
     }
-    /// Forces that holds need, of the accepted state: of each hold in the scene's order, force in
-    /// space [N] and moment in space about its place [N m]; sums over its nodes.
+    /// Forces of the holds on the rod in the accepted state, in the scene's order: force in space
+    /// [N] and moment in space about the place of the hold [N m]; sums over its nodes.
     std::vector<std::array<Vec3, 2>> reactions() const;
-    /// Negative eigenvalues of the tangent at the iterate: the balance is not stable where there
-    /// are some.
+    /// Number of negative eigenvalues of the tangent at the iterate; the equilibrium is unstable
+    /// unless there are none.
     int negative() const { return negative_; }
-    /// ... on the motions that what it touches leaves free.
+    /// Sets negative() to the number on the motions that contacts leave free.
     void note_negative(int count) { negative_ = count; }
-    /// Tension holds it, not bending, and at the iterate its tangent has negative eigenvalues,
-    /// which it had not where the step began.
+    /// True if its lateral stiffness is by tension, not bending, and the tangent at the iterate has
+    /// negative eigenvalues, while it had none at the start of the step.
     bool slip_is_unbalanced() const;
-    /// Rigid motions that no hold prevents, in words.
+    /// Names of the rigid motions that no hold prevents.
     std::vector<std::string> free_motions() const;
-    /// Contacts may hold what no hold does. Each of Newton's motions at rest is then taken against
-    /// a spring from the iterate that holds what nothing else holds (Rockafellar 1976, the proximal
-    /// point method): the balance does not change by it, and what nothing holds stays where it is.
+    /// For rods that only contacts keep from moving: each Newton step at rest is made with a spring
+    /// towards the iterate on the motions that no hold prevents (the proximal point method,
+    /// Rockafellar 1976). The equilibrium is unchanged by it, and the rod does not move along
+    /// motions that nothing constrains.
     void stabilise_with_contacts();
-    /// True if contacts alone hold the rod, and springs stabilise its matrix.
+    /// True after stabilise_with_contacts().
     bool is_stabilised() const { return anchor_ > 0; }
-    /// Of the spring, on a node's place along the rod and its turns [N/m, N m].
+    /// Stiffness of that spring on the place of a node and on its rotations [N/m, N m].
     std::array<double, 2> anchor_on(int node) const;
     /// Shifts along x, y, z and turns about them through the middle node, over the rod's size, at
     /// the accepted state: unknowns x 6.
     Eigen::MatrixXd rigid_motions() const;
-    /// What holds see of these, squared: 6 x 6.
+    /// H^T H, 6 x 6, with H the motions of the held unknowns by rigid_motions(); the identity where
+    /// a sheath holds the base.
     Mat6 held_rigid_motions() const;
-    /// Contact forces as they are known at the iterate of a quasi-static step: how they turn with
-    /// the rod becomes part of the next linearise()'s matrix. The answer does not change by it,
-    /// only the way there.
+    /// Sets the contact forces at the iterate of a quasi-static step: their change with the
+    /// rotation of the rod becomes part of the matrix of the next linearise(). It changes the
+    /// convergence, not the solution.
     void set_contact_forces(std::span<const ContactLoad> loads);
     /// A place on the middle line and its derivatives: by the place along its element (0 to 1) and
     /// by the displacements of the element's two nodes.
@@ -150,8 +154,7 @@ public:
     Line line(const BodyPlace& at) const;
     /// Derivative of (direction . motion of the place) by the displacements of its two nodes.
     Vec12 row(const BodyPlace& at, const Vec3& direction) const;
-    /// What a force on the middle line that stays as it is in space adds to the tangent as nodes
-    /// turn: -(dJ/dy)^T f.
+    /// Geometric stiffness -(dJ/dy)^T f of a force f on the centreline that is fixed in space.
     Mat12 force_stiffness(const BodyPlace& at, const Vec3& force) const;
     /// EI / l^3 of an element [N/m].
     double element_stiffness(int element) const;
@@ -167,24 +170,24 @@ public:
     double element_length(int element) const { return rod_.law[std::size_t(element)].length; }
     /// Radius of an element [m].
     double element_radius(int element) const { return rod_.radius[std::size_t(element)]; }
-    /// Of linearise(), A y' = right for the motion y = y' + prescribed, where A has no row or
-    /// column of what is held (not zero on the diagonal), and neither has y'.
+    /// The system of linearise(), A y' = right for the motion y = y' + prescribed. Rows and columns
+    /// of held unknowns are zero in A except for their diagonal, and y' is zero there.
     const RodMatrix& matrix() const { return K_; }
     const Eigen::VectorXd& right() const { return right_; }
     const Eigen::VectorXd& prescribed() const { return prescribed_; }
-    /// What holds leave of the motions of each node from this one on, as projectors.
+    /// Appends, for each node from this one on, the projector to its motions that holds leave free.
     void add_free_of_nodes(int from, std::vector<Mat6>& free) const;
-    /// Nodes before this one are held wholly, in the sheath, and no element is between them.
+    /// First node whose element is not in the sheath: all unknowns of nodes before it are held.
     int first_outside() const { return material_ ? sheath_.node : 0; }
     /// Largest of the loads and of EI / length^2 [N].
     double force_scale() const;
 
-    /// Quasi-static steps from now on drag the rod through a viscous medium: against a node's
-    /// motion over a step acts drag [N/m^2] times the length that it stands for (turns: times that
-    /// length squared too). 0: none, as at first.
-    /// @param from_rest  what the last step ended with is forgotten
+    /// Adds a viscous drag to later quasi-static steps: the force on a node is its motion over the
+    /// step times drag [N/m^2] times the length that the node represents (moments: times that
+    /// length squared too). 0, the default: none.
+    /// @param from_rest  the drag forces at the end of the last step are dropped
     void set_viscous_drag(double drag, bool from_rest = false);
-    /// Of places, over the step so far [m].
+    /// Largest motion of a node over the step so far [m].
     double largest_motion() const;
 
     /// The lowest frequencies about the iterate [rad/s].
@@ -219,13 +222,13 @@ public:
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 
-    /// One step of this length (root mean square of the nodes' motion) along the path of balances,
-    /// on which the time t is an unknown too. Where it fails nothing has changed.
+    /// One step of this length (root mean square of the nodes' motion [m]) along the path of
+    /// equilibria, on which the time t is an unknown too. If it fails, the state is unchanged.
     /// @param gravity  [m/s^2]
-    /// @param t     in: where it stands; out: where it passed [s]
-    /// @param first  step in time that states where the path begins [s]
-    /// @param end    a step that would continue ends at this time, and is shorter [s]
-    /// @return  iterations, 0: it failed
+    /// @param t      in: at the state; out: at the end of the step [s]
+    /// @param first  step in time by which the direction of the path at its start is found [s]
+    /// @param end    a step that would pass this time ends there, and is shorter [s]
+    /// @return  number of iterations; 0: it failed
     int path_step(double length, double first, double end, double tolerance, const Vec3& gravity,
                   double& t);
 

@@ -143,7 +143,7 @@ void RodBody::note_motion(const std::vector<BeamNode>& before, const Eigen::Vect
 }
 
 /// The share of a motion that takes no more than most of a rope's tension away: what its shape can
-/// take up grows with the third power of one over the tension, of which the tangent knows the
+/// take up grows with the third power of one over the tension, of which the tangent contains the
 /// first.
 double RodBody::slack_share(const Eigen::VectorXd& y) const
 {

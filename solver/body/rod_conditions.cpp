@@ -121,6 +121,8 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         }
         return std::size_t(i);
     };
+    // ---- Holds: move = target - place, or in a dynamic step the change of velocity v' that
+    // reaches the target at its end, h (end v' + past) = target - place at the start
     for (const Hold& h : holds_) {
         const Vec3 shift(value(h.input->x, t, 0), value(h.input->y, t, 0), value(h.input->z, t, 0));
         const Vec3 axis = h.input->axis.normalized();
@@ -161,6 +163,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
             }
         }
     }
+    // ---- Nodes in the sheath
     for (int node = 0, in_sheath = nodes_in_sheath(); node < in_sheath; ++node) {
         const std::size_t i = of(node);
         const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node);
@@ -185,6 +188,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         };
         all[i].move.tail<3>() = rotation_vector(turn(now).conjugate() * turn(first));
     }
+    // ---- A plane: no displacement along its normal, no rotation across it
     if (input_.plane) {
         const Vec3 normal = input_.plane->normalized();
         for (std::size_t node = 0; node < m.nodes.size(); ++node) {

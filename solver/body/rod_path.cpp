@@ -41,6 +41,7 @@ int RodBody::path_step(double length, double first, double end, double tolerance
     // ---- Newton's method with the length of the step as a condition
     const Eigen::VectorXd none;
     for (int i = 0; i <= kMost; ++i) {
+        // Residual and its rate by the time, by central differences of the loads.
         step_.h = t - begin;
         forces(now_, t, inner_, load_);
         Eigen::VectorXd rest(unknowns()), rate(unknowns());
@@ -77,6 +78,9 @@ int RodBody::path_step(double length, double first, double end, double tolerance
         lead(rate, move_rate);
         hold_matrix(K_);
         negative_ = K_.factor();
+        // y = y_r + dt y_t with K y_r = rest, K y_t = rate (Crisfield), and dt by the linearised
+        // length condition |done + y|^2 = target^2: done . y = (target^2 - |done|^2) / 2 (Ramm);
+        // the first dt by the length alone, in the direction of the step before.
         const Eigen::VectorXd y_t = solve(rate) + move_rate;
         double dt = 0;
         Eigen::VectorXd y;
@@ -110,6 +114,7 @@ int RodBody::path_step(double length, double first, double end, double tolerance
             continue;
         }
         if (safe_share(now_, y) < 1) break; // a shorter step
+        // ---- The new iterate, and whether the step ends with it
         t += dt;
         step_.h = t - begin;
         done += y;

@@ -490,7 +490,7 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
         state_ = now_;
         e.elastic = inner_forces(now_, inner);
         if (hyperelastic_) {
-            // Where the balance was lost on the way, work that is nowhere kept was set free.
+            // Where equilibrium became unstable within the step, the work not stored was released.
             if (indefinite_ && volumes_.empty())
                 e.dissipated = std::max(0.0, e.work + contact_work - (e.elastic - state_energy_));
             state_energy_ = e.elastic;
@@ -499,7 +499,7 @@ BodyEnergy SolidBody::accept(const Eigen::VectorXd&)
             remark_ = !not_positive_ ? ""
                       : contact.isZero(0)
                           ? input_.name + ": " + kNotStable + ": the tangent is not positive"
-                          : input_.name + ": without its contacts it would not stand";
+                          : input_.name + ": without its contacts it would be unstable";
         }
         return e;
     }

@@ -23,17 +23,17 @@
 
 namespace amontons {
 
-/// The matrices of a solid in its frame, the factor of a step's and what is kept of its inverse.
-/// Linear bodies that are alike share them.
+/// The matrices of a solid in its frame, the factor of that of a step, and stored columns of its
+/// inverse. Equal linear bodies share them.
 struct SolidMatrix {
     SparseMatrix K, M, S;                    ///< stiffness at rest, mass, of a step
     Elimination parts;                       ///< of S
     SupernodalFactor factor;                 ///< of a matrix that changes
     std::optional<SolidCompliance> constant; ///< of one that does not
     std::unique_ptr<LargeMatrix> large;      ///< of a solid that is solved by iterations instead
-    double scale = 1;                        ///< S over what is factored (factor)
-    double h = -1, theta = -1; ///< of the step that it is for [s], and its rule's theta
-    int made = 0;              ///< how often it was made
+    double scale = 1;                        ///< S over the matrix that is factored (factor)
+    double h = -1, theta = -1; ///< length of the step that S is for [s], and theta of its rule
+    int made = 0;              ///< number of times that S was made
 };
 
 /// An elastic solid: linear in a frame that is fixed, driven or floats with it, corotational, or
@@ -44,8 +44,8 @@ struct SolidMatrix {
 class SolidBody : public Body {
 public:
     /// @param mesh    checked; its sets are those of the input's holds and loads
-    /// @param small   every contact of it is of small sliding: nothing follows large motions
-    /// @param touching  nodes that may touch something; pins avoid them
+    /// @param small     all of its contacts are of small sliding
+    /// @param touching  nodes that may be in contact; pins avoid them
     /// @throws InputError  names of sets that the mesh has not
     SolidBody(const SolidInput& input, VolumeMesh mesh, bool small, std::span<const char> touching,
               const std::string& file);
@@ -69,10 +69,10 @@ public:
         on_all_ranks_ = on_all_ranks;
     }
     bool iterative() const { return iterative_; }
-    /// What its conditions state that is odd.
+    /// Doubtful holds and loads of the scene.
     const std::vector<Issue>& warnings() const { return conditions_.warnings; }
-    /// What contact without W asks of an iterative solid, all degrees of freedom: the matrix, the
-    /// residual force of the last linearise() (0 where held), A y and the diagonal of A.
+    /// For contact without W of an iterative solid, on all degrees of freedom: the matrix; below,
+    /// the residual force of the last linearise() (0 where held), A y and the diagonal of A.
     LargeMatrix& large() { return *matrix_->large; }
     const Eigen::VectorXd& large_load() const { return large_load_; }
     /// The step matrix times y.
@@ -84,12 +84,13 @@ public:
     /// The free change that linearise() of an iterative solid leaves out.
     void find_free_change();
 
-    /// Contact forces from what stands still, of the unknowns: what a matrix that is not positive
-    /// rests on first. Of hyperelastic solids; before linearise().
+    /// Sets the contact forces from bodies that do not move, on the unknowns: a matrix that is not
+    /// positive definite is stabilised at these contacts first. Of hyperelastic solids; before
+    /// linearise().
     void stabilise_with(const Eigen::VectorXd& force);
     /// True if its matrix may have to be stabilised by contacts.
     bool may_be_stabilised() const { return hyperelastic_; }
-    /// The last matrix is the true one and N N^T, stiffer where contacts push.
+    /// True if the last matrix is the true tangent plus N N^T, a stiffness at the contacts.
     bool is_stabilised() const;
     /// W of the true matrix less W of the stabilised one.
     /// @return  negative eigenvalues of the true matrix; -1 where it cannot be used
@@ -97,13 +98,14 @@ public:
     /// A^-1 f by the true matrix from y = L^-1 f, after true_tangent_compliance().
     Eigen::VectorXd unstabilised(const Eigen::VectorXd& y) const;
 
-    /// Of loops over elements and nodes and of columns; the result is the same for any number.
+    /// Number of threads for loops over elements, nodes and columns; the result does not depend on
+    /// it.
     void use_threads(int threads);
 
-    /// About how many steps will come: determines what is worth keeping.
+    /// Expected number of steps to come, by which is decided which columns are stored.
     void expect_steps(double steps) { expected_steps_ = steps; }
 
-    /// Rigid motions that nothing prescribed prevents, in words.
+    /// Names of the rigid motions that no prescribed displacement prevents.
     std::vector<std::string> free_motions() const;
 
     const VolumeMesh& mesh() const { return mesh_; }
@@ -114,9 +116,9 @@ public:
     std::span<const Vec3> first_places() const { return first_; }    ///< when the run began
     /// The least height of an element: no part of the body is thinner [m].
     double thinnest() const;
-    double thickness() const; ///< at rest, from any face straight in to where the body ends [m]
-    /// Where the body would be without strain: moved by its frame, and within it as what is
-    /// prescribed moves on average along each axis.
+    double thickness() const; ///< least thickness at rest: see least_thickness() [m]
+    /// The body without strain: moved by its frame, and within it by the mean of the prescribed
+    /// displacements along each axis.
     struct Unstrained {
         /// The frame of the body.
         Placement frame;
@@ -131,9 +133,10 @@ public:
 
     int unknowns() const override { return int(unknown_.size()); }
     bool nonlinear() const override { return nonlinear_; }
-    /// The last linearise() made no matrix: of hyperelastic solids.
+    /// True if the last linearise() has kept the earlier matrix; of hyperelastic solids.
     bool matrix_kept() const { return matrix_kept_; }
-    /// The tangent of the last linearise() is not positive: the body leaves an unstable balance.
+    /// True if the tangent of the last linearise() is not positive definite: the body moves away
+    /// from an unstable equilibrium.
     bool leaves_balance() const { return shift_ > 0 && volumes_.empty(); }
     double prescribed_motion(double from, double to) const override;
     void begin(const StepInput& step) override;
@@ -150,7 +153,7 @@ public:
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
     const Eigen::MatrixXd& modes() const override { return free_modes_; }
     Eigen::VectorXd mode_load() const override { return mode_load_; }
-    /// What the modes' own motion takes of the loads on them, m x m [N/m]; empty: nothing.
+    /// Change of the loads on the modes with their amplitudes, m x m [N/m]; empty: none.
     const Eigen::MatrixXd& mode_stiffness() const { return mode_stiffness_; }
     std::string mode_name(const Eigen::VectorXd& a) const override;
     void set_unconstrained_modes(const Eigen::MatrixXd& directions) override
@@ -161,19 +164,20 @@ public:
                 const Eigen::VectorXd& force) override;
     double accepted_step_length() const override { return accepted_step_length_; }
     std::string fault() const override { return fault_; }
-    /// What the time rule makes out of nothing in the step of a hyperelastic solid, in words; "" if
-    /// that is little beside its energy.
+    /// A sentence on the energy that the time integration rule generates in the step of a
+    /// hyperelastic solid; "" if it is small beside its energy.
     std::string spurious_energy_report();
     std::string remark() const override { return remark_; }
-    /// Where the law has lost its stiffness at the iterate, in words; "" if nowhere.
+    /// A sentence on the elements whose law has lost ellipticity at the iterate; "" if there are
+    /// none.
     std::string unstable_material_report() const { return unstable_material_report(now_.u); }
     double imbalance(const Eigen::VectorXd& force) override;
-    /// Where the iterate misses it most, in words.
+    /// ", most at (x, y, z)": place of the node with the largest unbalanced force, for messages.
     std::string worst_imbalance(const Eigen::VectorXd& force);
-    /// Of imbalance(): what round-off makes of it at the iterate. Relative.
+    /// The part of imbalance() that may be round-off (relative).
     double round_off() const { return round_off_; }
-    /// Before a step is accepted, of each contact and coupling on the body: what of its force acts
-    /// on nodes that are held, which the unknowns know nothing of.
+    /// Before a step is accepted, to be called for each contact and coupling on the body: adds the
+    /// part of its force on held nodes, which is not among H^T r of the unknowns.
     /// @param force  mean over a dynamic step, at the end of a quasi-static one [N]
     virtual void add_reaction(const BodyPlace& at, const Vec3& force);
     void add_contact_moment(const Vec3& moment) override { contact_moment_ = moment; }
@@ -189,16 +193,17 @@ public:
     std::vector<double> state_from(const Body& before) const override;
     void set_state(std::span<const double> state) override;
 
-    /// Forces that the body's holds need, along the world's axes, of each hold's set [N]; of the
-    /// accepted state.
+    /// Forces of the holds on the body, along the world's axes, summed over each hold's set [N]; of
+    /// the accepted state.
     virtual std::vector<Vec3> reactions() const;
     /// Moments of the holds, in space [N m]: about `about` where they turn their set or give it a
     /// gradient, else about the mean place of the nodes; arms of linear solids are those at rest.
     virtual std::vector<Vec3> moments() const;
-    /// The rigid turn nearest to how nodes have moved since the start: a rotation vector of at most
-    /// pi [rad]. By the nodes that may touch, if there are three, else by all.
+    /// The rigid rotation nearest to the motion of the nodes since the start: a rotation vector of
+    /// length at most pi [rad]. Of the nodes that may be in contact, if there are three, else of
+    /// all.
     Vec3 turn_since_start();
-    /// What a caller may lead by hand: its drive and its loads.
+    /// Curves that a caller may set between steps: its drive, holds and loads.
     std::vector<LiveCurve> live_curves();
     /// The scene's probes with their places or sets.
     const std::vector<ProbeInput>& probes() const { return input_.probes; }
@@ -209,7 +214,7 @@ public:
     Vec3 probe_displacement(const ProbeInput& probe) const;
     /// Mean stress of a probe, XX YY ZZ XY YZ XZ [Pa]; empty if it has none.
     std::optional<Vec6> probe_stress(const ProbeInput& probe) const;
-    /// Below, stress is what the round-off of places makes [Pa].
+    /// Stress caused by the round-off of places: smaller stresses are not significant [Pa].
     double stress_round_off() const;
     /// Forces that the scene's supports exert on the body, in space [N], and their energy [J]; of
     /// the accepted state. complete() first.
@@ -221,17 +226,19 @@ public:
     };
     /// Forces and energies of the scene's supports.
     std::vector<Support> supports() const;
-    /// Puts the frame of a driven body there, at the iterate and at the ends of steps to come,
-    /// instead of where its drive specifies.
+    /// Sets the frame of a driven body, at the iterate and at the ends of later steps, in place of
+    /// that of its drive.
     void drive_to(const Placement& frame);
-    /// Brings all nodes to the accepted state, those inside as well.
+    /// Computes the accepted state of all nodes, inner ones included.
     virtual void complete() {}
-    /// Between frames only the nodes that may touch are at the accepted state.
+    /// True if between frames only the nodes that may be in contact are at the accepted state.
     virtual bool condensed() const { return false; }
+    /// Nodes that may be in contact, ascending.
     std::span<const std::int32_t> touching() const { return touching_; }
-    /// Nodes that may touch, by node, and pins elsewhere. Before the first step.
+    /// Sets the nodes that may be in contact (a flag for each node), and chooses pins elsewhere.
+    /// Before the first step.
     void may_touch(std::span<const char> touching);
-    /// A coupling acts on this patch: as if its nodes may touch. Before the first step.
+    /// Adds the nodes of a patch on which a coupling acts to them. Before the first step.
     void also_touch(const Patch& patch);
     /// u of each node in the frame [m], of the accepted state.
     const Eigen::VectorXd& displacements() const { return state_.u; }
@@ -240,9 +247,10 @@ public:
     /// Pressures that move the scene's loads of a volume, in their order, of the accepted state
     /// [Pa]
     std::vector<double> found_pressures() const;
-    /// Stress [Pa] in the body's own frame and energy density [J/m^3] of each element.
-    Mat3 element_rotation(std::int32_t element) const; ///< of the material in the frame
-    /// Stress of each node [Pa] and energy density of each element [J/m^3].
+    /// Rotation of the material of an element in the frame.
+    Mat3 element_rotation(std::int32_t element) const;
+    /// Stress of each element in the body's own frame, XX YY ZZ XY YZ XZ [Pa], and its energy
+    /// density [J/m^3].
     void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
 
 protected:

@@ -49,7 +49,7 @@ struct SolidConditions {
 /// Displacement of each of `held` at a time, in the body's frame [m].
 Eigen::VectorXd held_displacements(const SolidConditions& conditions, const VolumeMesh& mesh,
                                    double t);
-/// Whether some of it moves over time.
+/// Whether a prescribed degree of freedom varies in time.
 bool moves(const SolidConditions& conditions, const SolidConditions::Held& held);
 
 /// @throws InputError  sets that the mesh has not, or that cannot carry what is asked of them

@@ -87,7 +87,7 @@ double SolidBody::hyperelastic_inner(const Motion& m, Eigen::VectorXd& f)
         const ElementFault fault = hyperelastic_forces(hyper_[std::size_t(e)], law_, x, s, forces);
         if (fault != ElementFault::none) {
             fault_ = fmt::format("{}: {} {}", input_.name, element_place(mesh_, e),
-                                 fault == ElementFault::inverted ? "would be turned inside out"
+                                 fault == ElementFault::inverted ? "would be inverted"
                                                                  : "buckles within itself");
             return;
         }
@@ -315,7 +315,7 @@ void SolidBody::linearise_hyperelastic()
     free_change_ = with_pins(y);
 }
 
-/// Moves the iterate by as much of a change as leaves every element upright; by less if steps have
+/// Moves the iterate by as much of a change as inverts no element; by less if steps have
 /// not come nearer to a balance for a while, or the matrix was not the tangent: then no further
 /// than where the forces along the step have turned.
 void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::VectorXd& mode)
@@ -394,7 +394,8 @@ std::string SolidBody::spurious_energy_report()
         stored - state_energy_ - taken - (step_.rule.end - 0.5) * dv.dot(momentum - momentum_);
     const double energy = std::max(kinetic + stored, before + state_energy_);
     if (made <= kMost * energy + kRounding * stiffest_ * size_ * size_) return "";
-    return fmt::format("{}: the step makes {:.2g} J out of nothing", input_.name, made);
+    return fmt::format("{}: the time integration rule generates {:.2g} J in the step", input_.name,
+                       made);
 }
 
 void SolidBody::accept_hyperelastic()

@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// What a probe reports, as columns are called; of a line, what a reference may have.
+/// Names of the quantities of a probe; of a line, also the possible columns of its reference.
 inline constexpr const char* kProbeFields[] = {
     "displacement_x", "displacement_y", "displacement_z",  "stress_xx",
     "stress_yy",      "stress_zz",      "stress_xy",       "stress_yz",

@@ -17,10 +17,10 @@
 namespace amontons {
 namespace {
 
-/// How the matrix rests on contacts, in turn. First on those with what stands still, along their
-/// forces, by so many times the node's own stiffness. Then also across the forces, as if what they
-/// touch were round, with a curvature of so many over the body's size. Last on contacts with what
-/// yields too, the body's own other side among it.
+/// The ways to stabilise the matrix at contacts, tried one after the other. First at those with
+/// bodies that do not move, along their forces, by so many times the node's own stiffness. Then
+/// also across the forces, as on a wall with a curvature of so many over the body's size. Last also
+/// at contacts with compliant bodies, the body's own other side included.
 struct Stabilisation {
     bool firm = false;
     double along = 0, across = 0;

@@ -4,10 +4,10 @@
 
 namespace amontons {
 
-/// How a dynamic step takes the mean of a rate g over the step, g the velocity for places and the
-/// force for momentum:
+/// Time integration rule of a dynamic step: the mean of a rate g over the step, where g is the
+/// velocity for places and the force for momentum:
 ///   mean = end g' + start g + memory d,
-/// where d, the filtered rate, is carried from step to step:
+/// where d, the filtered rate, is stored from step to step:
 ///   d' = filter_end g' + filter_start g + filter_memory d.
 struct TimeRule {
     /// Weights of end, start and filtered rate in the step's mean.
@@ -16,7 +16,7 @@ struct TimeRule {
     double filter_end = 1, filter_start = 0, filter_memory = 0;
     bool filtered = false; ///< generalised-alpha; else one force, at the place between
 
-    /// What is known of the mean before the step. @param d  the filtered rate
+    /// The part of the mean that is known before the step. @param d  the filtered rate
     template <class Rate> Rate past(const Rate& g, const Rate& d) const
     {
         return start * g + memory * d;
@@ -28,7 +28,7 @@ struct TimeRule {
     }
 };
 
-/// Of mass and of stiffness in the matrix of a step.
+/// Factors of mass and stiffness in the matrix of a step.
 /// @param mass_damping, stiffness_damping  Rayleigh's [1/s], [s]
 inline std::pair<double, double> matrix_shares(const TimeRule& rule, double h, double mass_damping,
                                                double stiffness_damping)
@@ -37,7 +37,7 @@ inline std::pair<double, double> matrix_shares(const TimeRule& rule, double h, d
     return {1 + own * mass_damping, own * (stiffness_damping + own)};
 }
 
-/// 1: implicit Euler, 1/2: midpoint. Nothing is carried on.
+/// The theta rule, 1: implicit Euler, 1/2: midpoint. It has no filtered rate.
 inline TimeRule theta_rule(double theta)
 {
     TimeRule rule;

@@ -13,8 +13,8 @@ namespace {
 /// own: what is left of a gap then is about 2 / this of what it was; multigrid still copes.
 constexpr double kStiffer = 100;
 constexpr double kTest = 0.5; // of it: what turns a gap into a force where states are decided
-constexpr double kLinearTolerance = 1e-3; // of a Newton step
-constexpr double kGiveTolerance = 1e-3;   // of W r where only its size counts
+constexpr double kLinearTolerance = 1e-3;     // of a Newton step
+constexpr double kComplianceTolerance = 1e-3; // of W r where only its size counts
 constexpr double kTraceTolerance = 1e-2;
 constexpr int kTraceProbes = 2;
 constexpr double kUseless = 0.5; // share of a residual that a linear solve leaves: no step
@@ -261,7 +261,8 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
             out.error = load > 0 ? missing.norm() / load : 0;
             out.converged = out.error <= kWithin * options.tolerance;
             if (out.converged || k == kCertificates) break;
-            // One that stops early is lost on with from there: the balance is what counts.
+            // The iteration continues from a solve that stopped early: the error of the balance
+            // decides.
             const LargeMatrix::Result done =
                 A.solve(missing, kWithin * kWithin * options.tolerance);
             out.linear += done.iterations;
@@ -278,7 +279,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
         newton.run(out.y, out.r, tolerance, options, out);
         if (options.stop && *options.stop) return out;
         if (!out.fault.empty()) return out; // no iterate that an error could be stated of
-        // What the answer is worth: u = W r + q of these r, with A alone.
+        // The error of the solution: u = W r + q of these r, with A alone.
         A.set_blocks({}, true, true);
         if (!(out.mean_compliance > 0)) out.mean_compliance = mean_of_diagonal(A, p, out);
         const Eigen::VectorXd acting = p.C * out.r;
@@ -289,7 +290,7 @@ LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProbl
         }
         Eigen::VectorXd given = acting;
         if (k == 0 || out.compliance.size() == 0) {
-            solve(A, given, kGiveTolerance, out);
+            solve(A, given, kComplianceTolerance, out);
             out.compliance = p.C.transpose() * given;
         }
         if (!out.fault.empty()) return out; // of what the error is made of

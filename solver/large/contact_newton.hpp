@@ -8,7 +8,7 @@
 #include <limits>
 #include <string>
 
-// Contact of one large linear solid with what does not yield, without W: the work of an
+// Contact of one large linear solid with bodies that do not move, without W: the work of an
 // iteration is linear in unknowns and contacts. Equations: docs/theory/large.md.
 
 namespace amontons {
@@ -36,14 +36,14 @@ struct LargeContactOptions {
 struct LargeContactSolution {
     /// Change of the iterate, and reactions.
     Eigen::VectorXd y, r;
-    Eigen::VectorXd compliance; ///< W r: what r alone does to u [m]
+    Eigen::VectorXd compliance; ///< W r: the part of u by r alone [m]
     double mean_compliance = 0; ///< trace of W over its rows [m/N], to some per cent
     /// Natural map, relative to the free motion's gaps and slips; without contacts that of the
     /// balance, relative to the load.
     double error = std::numeric_limits<double>::infinity();
     bool converged = false;
     int newton = 0, linear = 0; ///< iterations
-    std::string fault; ///< of the linear solver, where it kept the answer from being one; or ""
+    std::string fault; ///< of the linear solver, if that is why it did not converge; else ""
 };
 
 /// @param A     of the solid, without blocks; has others afterwards

@@ -50,14 +50,15 @@ constexpr double kDenseShareInMotion = 1.0 / 3;
 /// In doubt a factor is taken: iterations vary more from what is predicted.
 constexpr double kDoubt = 1.25;
 constexpr double kTrialTolerance = 1e-3; // a Newton step's
-/// A trial is also made where a factor leads by less, and a trial costs next to nothing beside it.
+/// A trial is also made where the factor is predicted to be faster by less than this, and the trial
+/// costs little beside it.
 constexpr double kCloseCall = 3;
 constexpr double kTrial = 2.7e-6; // of a coupling: MPI, PETSc, matrix, hierarchy, iterations [s]
 constexpr double kTrialShare = 1. / 8; // of what the factor's way takes
 constexpr double kParallel = 0.85;     // of each rank beyond the first
 constexpr double kKibi = 1024;
 constexpr double kMemoryShare = 0.95; // of what is free: a process needs room to breathe
-/// Below, factors cost nothing to speak of, and so should their prediction.
+/// Below, the cost of factors is negligible, and so must be that of their prediction.
 constexpr std::size_t kFewNodes = 30000, kVeryFewNodes = 4000;
 
 /// The number after `key` in a file; -1 if it is not there.
@@ -110,7 +111,7 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
 
 /// Iterations of one solve with multigrid: they depend on the mesh's grading, on its elements and
 /// on Poisson's ratio, from 8 to hundreds, and no formula of ours predicts them.
-/// @param most  more are not worth knowing: then these
+/// @param most  larger numbers are not counted: then this one is returned
 /// @throws std::runtime_error  if it breaks down
 int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
 {
@@ -308,7 +309,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     choose();
 
     // ---- Modules; one solve where the choice is close
-    // Whether the module can be loaded is worth knowing only where it is taken.
+    // Whether the module can be loaded is tested only where it would be used.
     if (plan.taken != "direct" && plan.path(plan.taken)->possible)
         if (const std::string fault = parallel_fault(); !fault.empty()) {
             for (LinearPath& p : plan.paths)

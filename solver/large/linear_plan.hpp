@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-// Which way the linear systems of a scene's solids are solved, and what each way would cost. The
-// model and the constants measured for it: docs/theory/large.md.
+// The choice of the method for the linear systems of a scene's solids, and the predicted cost of
+// each. The model and the constants measured for it: docs/theory/large.md.
 
 namespace amontons {
 
-/// A solid, as far as its cost depends on it.
+/// The properties of a solid on which the cost depends.
 struct SolidSize {
     std::string name;
     const VolumeMesh* mesh = nullptr;
@@ -29,7 +29,7 @@ struct SolidSize {
 struct LinearPath {
     std::string name; ///< "direct" | "iterative" | "distributed"
     bool possible = true;
-    std::string why;        ///< it is not possible, or what it is
+    std::string why;        ///< the reason if it is not possible, else a description
     double memory = 0;      ///< predicted peak of all ranks together [bytes]
     double memory_here = 0; ///< of those on this machine [bytes]
     double seconds = 0;     ///< predicted, of the whole run [s]

@@ -1,7 +1,7 @@
 #pragma once
 
-// The few routines of BLAS that we call ourselves, by columns, 32-bit sizes (reference BLAS's
-// interface), and how many threads BLAS and CHOLMOD may use meanwhile.
+// The BLAS routines that this program calls, column-major with 32-bit sizes (interface of the
+// reference BLAS), and a limit on the threads of BLAS and CHOLMOD.
 
 /// Level 3 and level 2 BLAS, as Fortran names them.
 extern "C" {
@@ -23,14 +23,14 @@ void dgemv_(const char* transposed, const int* m, const int* n, const double* al
 
 namespace amontons {
 
-/// While it lives OpenBLAS uses `threads` threads, and OpenMP regions of libraries one if
-/// threads is 1. Both settings belong to the process; other BLAS libraries keep theirs. Several may
-/// live at once, on several threads: the least that any of them asks for counts, and what was set
-/// before the first comes back with the last.
+/// During its lifetime OpenBLAS uses `threads` threads, and OpenMP regions of libraries one if
+/// threads is 1. Both settings are of the process; other BLAS libraries keep theirs. Several
+/// objects may exist at once, on several threads: the smallest number counts, and the last one's
+/// end restores the setting from before the first.
 class BlasThreads {
 public:
     explicit BlasThreads(int threads);
-    /// For calls of BLAS from threads of our own: one each.
+    /// Tag: calls of BLAS from threads of this program, one BLAS thread for each.
     struct OneEach {};
     explicit BlasThreads(OneEach);
     ~BlasThreads();

@@ -7,8 +7,8 @@
 
 namespace amontons {
 
-// A vector wider than the registers is passed in memory: no other program's business, all its
-// functions are inlined here.
+// GCC warns that a vector wider than the registers is passed in memory, which would change the ABI;
+// all functions with such arguments are inlined here.
 #pragma GCC diagnostic ignored "-Wpsabi"
 
 /// Vector of 8 doubles; lanes 6 and 7 pad a column of 6 to one cache line.

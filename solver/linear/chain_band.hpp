@@ -7,9 +7,10 @@
 namespace amontons {
 
 /// LU decomposition of a block-tridiagonal matrix one unknown after the other, without pivoting.
-/// Where BlockTridiagonal multiplies by inverses of its blocks and so loses the square of their
-/// condition (of stretching against bending, 1e11 of a rod of 1e5 radii), this loses no more than
-/// the matrix itself asks for, if that is symmetric and positive definite. O(n) time and memory.
+/// BlockTridiagonal multiplies by inverses of its blocks, and so its error grows with the square of
+/// their condition number (stretching against bending: 1e11 in a rod 1e5 radii long). The error of
+/// this one grows with the condition number of the matrix only, if that is symmetric and positive
+/// definite. O(n) time and memory.
 class ChainBand {
 public:
     /// Blocks of a chain's nodes: of node i with itself, with the next and of the next with it,

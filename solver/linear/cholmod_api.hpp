@@ -11,9 +11,9 @@ struct cholmod_sparse_struct;
 
 namespace amontons {
 
-/// CHOLMOD and the BLAS that it stands on, opened at the first call: linked, they would cost every
-/// start of the program, also of scenes without a solid, 4 ms and 5 MB, and a thread for each
-/// further processor (OpenBLAS makes them when it is loaded).
+/// Functions of CHOLMOD and of the BLAS that it uses, loaded at the first call: linked, they would
+/// add 4 ms and 5 MB to every start of the program, also for scenes without a solid, and a thread
+/// for each further processor (OpenBLAS makes them when it is loaded).
 struct LoadedCholmod {
     /// cholmod_start.
     int (*start)(cholmod_common_struct*);
@@ -43,7 +43,7 @@ struct LoadedCholmod {
     decltype(&::dgemv_) dgemv;
 };
 
-/// @throws std::runtime_error  if they are not there
+/// The functions. @throws std::runtime_error  if the libraries cannot be loaded
 const LoadedCholmod& cholmod_api();
 
 } // namespace amontons

@@ -10,10 +10,10 @@
 
 namespace amontons {
 
-/// What a factor is of, beside itself.
+/// Identity of a factored matrix, stored with its factor.
 struct FactorLabel {
     Hash128 key;      ///< of all that the matrix depends on
-    double scale = 1; ///< whatever the owner must know to use it (factor)
+    double scale = 1; ///< a factor that the owner stores with it, e.g. the modulus (factor)
     bool operator==(const FactorLabel&) const = default;
 };
 
@@ -24,14 +24,14 @@ void write_factor(const std::string& path, const FactorLabel& label,
 /// The same bytes.
 std::string factor_bytes(const FactorLabel& label, const SupernodalFactor& factor);
 
-/// Whether hashes are examined. `ignore` is for tests, which then see what else is checked.
+/// Whether hashes are verified. `ignore` is for tests of the other checks.
 enum class Checksums { verify, ignore };
 
-/// Reads a factor straight into its place. Nothing is reserved before the sizes are known to agree
-/// with that of the file.
+/// Reads a factor directly into its arrays. Memory is reserved only after the sizes have been
+/// checked against that of the file.
 /// @param in     at its beginning
-/// @param label  what the file specifies; its key is not compared
-/// @returns why it cannot be used, or ""; `factor` is empty then
+/// @param label  set to the label in the file; the caller has to compare its key
+/// @returns "", or why the file cannot be used; `factor` is then empty
 std::string read_factor(std::istream& in, FactorLabel& label, SupernodalFactor& factor,
                         const SupernodalOptions& options = {},
                         Checksums checksums = Checksums::verify);

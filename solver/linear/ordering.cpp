@@ -153,7 +153,7 @@ std::vector<std::int32_t> elimination_order(const Lists& graph, Ordering method)
 {
     std::vector<std::int32_t> order(graph.size());
     std::iota(order.begin(), order.end(), 0);
-    if (graph.items.empty() || method == Ordering::natural) return order; // METIS wants an edge
+    if (graph.items.empty() || method == Ordering::natural) return order; // METIS requires an edge
     if (method == Ordering::automatic)
         method = std::int64_t(graph.size()) < kDissectionNodes ? Ordering::minimum_degree
                                                                : Ordering::nested_dissection;

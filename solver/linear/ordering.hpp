@@ -14,11 +14,13 @@ enum class Ordering {
     natural,           ///< as they are
 };
 
-/// Where order and one factor together take the same time by both: AMD orders twice as fast, its
-/// factor takes 1.4 times as long here and 2 times at 9000 nodes (docs/theory/compliance.md).
+/// Number of nodes at which ordering and one factorisation together take the same time by both:
+/// AMD orders twice as fast, its factor takes 1.4 times as long here and 2 times at 9000 nodes
+/// (docs/theory/compliance.md).
 constexpr std::int32_t kDissectionNodes = 2000;
 
-/// Which nodes a matrix couples: those whose degrees of freedom share an entry, without itself.
+/// For each node those that the matrix couples with it (degrees of freedom of both share an
+/// entry), itself left out.
 /// @param A            square; its pattern is read as if it were symmetric
 /// @param node_of_dof  one of each row, >= 0; node numbers need not be dense
 Lists node_graph(const Eigen::SparseMatrix<double>& A, std::span<const std::int32_t> node_of_dof);

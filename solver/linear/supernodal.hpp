@@ -25,20 +25,21 @@ struct SupernodalOptions {
     /// Most columns of one supernode: wider ones are cut, as half of their square blocks are zeros
     /// that take memory, and updates of a whole one need as much again.
     std::int32_t widest = 512;
-    /// Of BLAS; results may differ in the last bits between numbers of threads.
+    /// Threads of BLAS; results may differ in the last bits between numbers of threads.
     int threads = 1;
 };
 
-/// What became of a factorisation; converts to true if it is there.
+/// Result of a factorisation; converts to true if it succeeded.
 struct FactorResult {
     /// True if all pivots were numbers > 0.
     bool positive_definite = false;
-    /// The row whose pivot was not > 0, or -1. The cause is it, or what it is coupled with.
+    /// The degree of freedom whose pivot was not > 0, or -1. The cause lies there or in degrees of
+    /// freedom coupled with it.
     std::int64_t failed_dof = -1;
     explicit operator bool() const { return positive_definite; }
 };
 
-/// What a factor consists of, for keeping it; solver/linear/supernodes.hpp has the layout.
+/// The arrays of a factor, for storing it; their layout is in solver/linear/supernodes.hpp.
 template <class Int, class Real> struct FactorArraysOf {
     /// Order, supernodes and their rows, as CHOLMOD stores them.
     std::span<Int> permutation, first, row_start, start, row;
@@ -84,15 +85,16 @@ public:
     /// restore().
     FactorResult refactor(std::span<const double> values);
 
-    /// factor() in two parts: after the first, A may go before L takes its memory.
+    /// First half of factor(): copies the values of A, which may then be freed before L is
+    /// allocated.
     void take(const Eigen::SparseMatrix<double>& A);
-    /// Entry k of A is values[where[k]]: A as a part of a larger matrix, never there by itself. Not
-    /// after restore() or drop_matrix().
+    /// The same with entry k of A = values[where[k]]: for A a part of a larger matrix, so that A
+    /// itself need not be formed. Not after restore() or drop_matrix().
     void take(std::span<const double> values, std::span<const std::int32_t> where);
-    /// The result of the last factor(), handed over.
+    /// Second half of factor(): factors the values given to take().
     FactorResult factor_taken();
-    /// Gives back the memory of the matrix, about that of A's lower triangle: for factors that
-    /// stay. Another matrix of the pattern may still be factored, not by refactor().
+    /// Frees the copy of the matrix, about the size of A's lower triangle: for factors that are
+    /// kept. Another matrix of the pattern may still be factored, but not by refactor().
     void drop_matrix();
 
     /// X <- A^-1 X, n x any number.
@@ -118,13 +120,13 @@ public:
     /// Operations of inverse_part() for these rows.
     double inverse_part_flops(std::span<const std::int32_t> rows) const;
 
-    /// All that there is of a factor; valid until it changes. There must be one.
+    /// The arrays of the factor, valid until it changes. Only if is_factored().
     FactorArrays arrays() const;
     /// Makes a factor of arrays kept before, without analysis. Another matrix of the same pattern
     /// may be factored afterwards.
     /// @param sizes  each > 0 and < 2^31
-    /// @param fill   puts the arrays into their final place; false if it cannot
-    /// @returns false if fill does, or what it gave is no factor; nothing is then there
+    /// @param fill   writes the arrays into the spaces it is given; false if it cannot
+    /// @returns false if `fill` does or the arrays are no factor; is_factored() is then false
     bool restore(const FactorSizes& sizes, const std::function<bool(const FactorSpace&)>& fill,
                  const SupernodalOptions& options = {});
 

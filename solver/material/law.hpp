@@ -12,11 +12,11 @@
 #include <vector>
 
 // Hyperelastic materials: energy, stress and tangent of one point. All laws stand in law.cpp, one
-// entry of a table each with its constants and their ranges; the elements follow from it.
+// entry of a table each with its constants and their ranges; elements work with any of them.
 //
-// A law is a function of C = F^T F, so that it is objective by construction. What resists a change
-// of volume alone is apart from it, the same for all laws that have it: lambda/2 (ln J)^2, which
-// elements may take at a mean J (solver/solid/hyperelastic.hpp). Symmetric tensors are vectors of
+// A law is a function of C = F^T F, so that it is objective by construction. The volumetric part is
+// separate and the same for all laws that have one: lambda/2 (ln J)^2, which elements may evaluate
+// at a mean J (solver/solid/hyperelastic.hpp). Symmetric tensors are vectors of
 // six in VTK's order XX YY ZZ XY YZ XZ, strains with engineering shears. Laws with a direction have
 // it along x: elements bring C into the fibres' axes.
 
@@ -34,7 +34,7 @@ using MaterialConstants = std::array<double, kMostConstants>;
 #pragma GCC diagnostic ignored "-Wpsabi"
 #endif
 
-/// Of four points, side by side in registers: laws are asked for one point or for four at once.
+/// Values at four points in one vector register: laws are evaluated at one point or at four.
 typedef double Four __attribute__((vector_size(32)));
 
 /// Natural logarithm, of one number or four.
@@ -67,7 +67,7 @@ constexpr std::size_t of_triangle(std::size_t i, std::size_t j)
     return i >= j ? i * (i + 1) / 2 + j : j * (j + 1) / 2 + i;
 }
 
-/// What a law is asked: tensors without factors of shear.
+/// The strain at which a law is evaluated; shear components are those of the tensor (not doubled).
 template <class Number> struct Strain {
     /// Right Cauchy-Green strain and its inverse, in VTK's order.
     std::array<Number, 6> C, C_inverse;
@@ -79,27 +79,27 @@ template <class Number> Number determinant(const Gradient<Number>& F);
 /// Strain of a deformation gradient.
 template <class Number> Strain<Number> strain_of(const Gradient<Number>& F);
 
-/// What it adds to zeros.
+/// Energy, stress and tangent of a point, to which each part of a law adds its own.
 template <class Number> struct Response {
     Number energy{};            ///< W, 0 at rest [J/m^3]
     std::array<Number, 6> S{};  ///< 2 dW/dC, second Piola-Kirchhoff stress [Pa]
     std::array<Number, 21> D{}; ///< 2 dS/dC [Pa]
-    /// Of S and D what functions of J alone add, left to add_volume: a C^-1, and b C^-1 (x) C^-1
-    /// - 2 c I_(C^-1) with (I_X)_ijkl = (X_ik X_jl + X_il X_jk) / 2.
+    /// Coefficients of the terms of functions of J alone [Pa], which add_volume() adds: a C^-1 to
+    /// S, and b C^-1 (x) C^-1 - 2 c I_(C^-1) to D, (I_X)_ijkl = (X_ik X_jl + X_il X_jk) / 2.
     Number a{}, b{}, c{};
 
-    /// @param tangent  to D too
+    /// Adds these terms. @param tangent  to D, too
     void add_volume(const Strain<Number>& at, bool tangent);
 };
 
-/// What a point answers to C.
+/// Energy, stress and tangent of a point at a strain C.
 struct PointResponse {
     double energy = 0;     ///< W, 0 at rest [J/m^3]
     Vec6 S = Vec6::Zero(); ///< 2 dW/dC, second Piola-Kirchhoff stress [Pa]
     Mat6 D = Mat6::Zero(); ///< 2 dS/dC, symmetric [Pa]
 };
 
-/// One number that a law asks for.
+/// One constant of a law.
 struct MaterialConstant {
     const char* name = "";
     /// Unit, "" for none.
@@ -110,7 +110,7 @@ struct MaterialConstant {
     bool above = true;           ///< the lower bound itself is not allowed
 };
 
-/// How a material answers to small strains at rest.
+/// Moduli of a material for small strains about its reference state.
 struct SmallStrains {
     double shear = 0;  ///< mu [Pa]; of a directed law the largest
     double lambda = 0; ///< Lame's [Pa]
@@ -123,7 +123,7 @@ struct MaterialLaw {
     const char* doc = "";
     std::vector<MaterialConstant> constants;
     bool directed = false; ///< stiffer along fibres, which a body must then have
-    /// The law without what is counted by volumetric().
+    /// The response without the volumetric() part.
     void (*respond)(const MaterialConstants& c, const Strain<double>& at,
                     Response<double>& out) = nullptr;
     void (*respond_four)(const MaterialConstants& c, const Strain<Four>& at,
@@ -135,18 +135,18 @@ struct MaterialLaw {
     double least_stretch = 0; ///< pressed below it, a bar of it is unstable; 0: never (ratio)
 };
 
-/// All of them, in the order in which they are reported.
+/// All laws, in the order of the reference page.
 std::span<const MaterialLaw> material_laws();
 /// @returns  nullptr if there is none of that name
 const MaterialLaw* find_law(std::string_view name);
 
-/// A law with its numbers.
+/// A law with its constants.
 struct Hyperelastic {
     const MaterialLaw* law = nullptr;
     MaterialConstants constants{};
 };
 
-/// Everything that is wrong with a material's numbers, each and together; empty if nothing is.
+/// Everything that is wrong with a material's constants, each and in combination; empty if valid.
 std::vector<Issue> issues_of(const Hyperelastic& m, const std::string& file,
                              const std::string& place);
 
@@ -155,7 +155,7 @@ double youngs_modulus(const Hyperelastic& m);
 /// Poisson's ratio at small strains.
 double poissons_ratio(const Hyperelastic& m);
 
-/// The whole response of a point, volume included.
+/// The whole response of a point, with the volumetric part.
 /// @param F  det F > 0; along a directed law's fibres F = (gradient) Q, Q's first column the fibre
 PointResponse point_response(const Hyperelastic& m, const Mat3& F);
 

@@ -14,8 +14,8 @@ std::string csv_text(const std::string& text);
 
 /// history.csv: one line a step, its units in the first line.
 ///
-/// A line is one write(2): whatever ends the process, the lines of all finished steps are
-/// there and whole. What a full disk cuts off is taken back.
+/// A line is one write(2): however the process ends, the lines of all finished steps are complete.
+/// A line cut off by a full disk is removed.
 class History {
 public:
     History() = default;
@@ -24,7 +24,7 @@ public:
     ~History();
 
     /// Begins a new file. @throws WriteError
-    /// @param until_renamed  its name until somebody renames it; "": the same
+    /// @param until_renamed  its name until it is renamed; "": the same
     void start(const std::string& path, const std::string& until_renamed = "");
 
     /// Continues with a file: what stands after its first `bytes` is cut off.

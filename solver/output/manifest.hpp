@@ -19,13 +19,12 @@ struct ManifestInput {
     int threads = 1;
     bool resumed = false;
     bool checkpoint = false;           ///< there is one to continue from
-    std::vector<std::string> warnings; ///< what may be meant otherwise, also where --quiet hid it
+    std::vector<std::string> warnings; ///< probable mistakes of the scene, even with --quiet
     std::vector<std::string> modules;  ///< loaded
     std::vector<std::string> files;    ///< what to open: collections, history, plots, picture
 };
 
-/// "0.1.0", and the output of `git describe` when the program was configured ("" if it was no
-/// clone).
+/// "0.1.0", and the output of `git describe` when the program was configured ("" without a clone).
 std::string program_version();
 /// The program's version and commit, in words.
 std::string program_describe();

@@ -65,7 +65,7 @@ std::vector<MeaningTable> make_tables()
            "Sum of the sizes of the friction forces between the wire and walls.", of_wire},
           {"clustered_force", "N", "Largest sum of normal forces within 5 mm of wire.", of_wire},
           {"smallest_gap", "m",
-           "Smallest distance of the wire's surface from a wall; < 0: it stands in it by "
+           "Smallest distance of the wire's surface from a wall; < 0: an overlap by "
            "round-off.",
            of_wire},
           {"nodes", "", "Number of nodes that are out of the sheath.", of_wire},
@@ -85,7 +85,8 @@ std::vector<MeaningTable> make_tables()
            "Sum of the normal forces between A and B, all towards B; of a body and itself, of all "
            "sides."},
           {"A_on_B_contacts", "", "Number of contacts of A and B that carry a force."},
-          {"A_on_B_max_pressure", "Pa", "Largest contact pressure of A on B; where faces are larger than what they touch, of "
+          {"A_on_B_max_pressure", "Pa",
+           "Largest contact pressure of A on B; where faces are larger than what they touch, of "
            "the forces on their nodes over the area there."},
           {"A_on_B_force", "N", "Contact force that A exerts on B, in all.", vector},
           {"NAME_contact_force", "N", "Force that all contacts exert on the body.", vector},
@@ -150,7 +151,7 @@ std::vector<MeaningTable> make_tables()
           {"certificate_tolerance", "", "What was asked for, or what numbers allow."},
           {"worst_penetration", "m", "Largest negative gap of a contact, as a positive number."},
           {"worst_overlap", "m",
-           "How deep surfaces stand in each other, measured on them; empty or nan: not measured."},
+           "Largest overlap of surfaces, measured on them; empty or nan: not measured."},
           {"worst_cone_violation", "N", "Largest friction force beyond the cone, 0 if none."},
           {"work", "J", "Of drives, loads, holds and weight since the start."},
           {"work_absolute", "J", "Sum of the sizes of the steps' works."},
@@ -179,7 +180,7 @@ std::vector<MeaningTable> make_tables()
           {"slip", "m", "Motion of `body_a` relative to `body_b` along the surface in this step."},
           {"normal_force", "N", "Part of the force along the normal; >= 0."},
           {"tangential_force", "N", "Size of the friction force."},
-          {"gap", "m", "Distance of the two surfaces there; < 0: one stands in the other."},
+          {"gap", "m", "Distance of the two surfaces there; < 0: they overlap."},
           {"status", "", "0 open, 1 stick, 2 slip."},
           {"body_a", "", "Number of the body that the force acts on: its place in `body_names`."},
           {"body_b", "", "Number of the other body."},
@@ -190,9 +191,8 @@ std::vector<MeaningTable> make_tables()
           {"body_kinds", "", "Field data: obstacle, beam, solid, rigid or rod."},
           {"TimeValue", "s", "Field data of every file: its time."}}},
         {"Wires and rods: frames/NAME.STEP.vtp",
-         "The middle line as a polyline; `NAME.tube.STEP.vtp` is the surface around it, for the "
-         "eye, in "
-         "single precision.",
+         "The middle line as a polyline; `NAME.tube.STEP.vtp` is the surface around it, for "
+         "display, in single precision.",
          {{"radius", "m", "Of the round surface."},
           {"curvature", "1/m", "Size of the curvature."},
           {"twist", "1/m", "Turn about the middle line per length."},
@@ -272,7 +272,7 @@ std::vector<MeaningTable> make_tables()
            "drawn by a process of its own.)"},
           {"linear.taken", "",
            "How the linear systems of solids were solved: direct, iterative, distributed."},
-          {"linear.why", "", "That way and no other."},
+          {"linear.why", "", "The reason for that choice."},
           {"linear.predicted_seconds", "s", "Of the way taken, as `check` shows it."},
           {"linear.seconds", "s",
            "Making the bodies, free motion, W, contact and correction: what it took."},

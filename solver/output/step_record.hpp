@@ -6,7 +6,7 @@
 #include <string_view>
 #include <vector>
 
-// What one finished step passes to the writers: plain data, no pointers into the simulation.
+// The data of one finished step for the writers: plain data, no pointers into the simulation.
 
 namespace amontons {
 
@@ -86,11 +86,11 @@ struct NamedText {
     std::string name, value;
 };
 
-/// Seconds since the start of the run.
+/// Wall time spent in each phase since the start of the run.
 struct PhaseSeconds {
-    /// Wall time of each phase [s].
+    /// Phases before the contact problem [s].
     double read = 0, offline = 0, free_motion = 0, detection = 0, compliance = 0;
-    /// Wall time of each phase [s].
+    /// Contact problem and later phases; `total` is all of the run [s].
     double contact_solve = 0, correction = 0, output = 0, total = 0;
 };
 
@@ -103,7 +103,8 @@ struct PhaseMemory {
 
 /// Energy [J]: work and losses since the start of the run, what is stored now and what was then.
 struct EnergyRecord {
-    /// Since the start of the run [J].
+    /// Work of loads and drives (and of its absolute value), dissipation by friction and energy
+    /// released, since the start of the run; elastic and kinetic energy now [J].
     double work = 0, work_absolute = 0, elastic = 0, kinetic = 0, friction = 0, released = 0;
     /// At the start of the run [J].
     double elastic_start = 0, kinetic_start = 0;
@@ -146,8 +147,8 @@ struct SnapRecord {
     /// Step in which it occurred.
     int step = 0;
     double time = 0;     ///< [s]
-    double depth = 0;    ///< [m]
-    double released = 0; ///< [J]
+    double depth = 0;    ///< of the wire's insertion [m]
+    double released = 0; ///< energy [J]
 };
 
 /// A pair of bodies whose contact forces the laws leave open at the accuracy asked.
@@ -157,7 +158,6 @@ struct UndeterminedForce {
     double min = 0, max = 0;                 ///< of its normal force [N]; not finite: without bound
 };
 
-/// The end of a run.
 /// The least and the largest value of a quantity over the steps of a run.
 struct Extremes {
     std::string name;
@@ -165,7 +165,7 @@ struct Extremes {
     double least = 0, largest = 0;
 };
 
-/// Which way the linear systems of solids were solved, and what it took.
+/// How the linear systems of solids were solved, and the time that took.
 struct LinearRecord {
     std::string taken; ///< "direct" | "iterative" | "distributed"; "": there are no such solids
     std::string why;

@@ -132,7 +132,7 @@ void haptic(HapticArguments& a, Session& session)
     std::atomic<bool>& stop = stop_on_interrupt();
     std::optional<HapticStudio> studio;
     if (a.frames >= 0) {
-        session.quiet = true; // what there is to report is passed to the page
+        session.quiet = true; // messages are sent to the page
         const HapticSettings& set = run.settings();
         studio.emplace(a.frames, session, stop, set.loop.period, 1 / set.link.condense.period);
         give_to_studio(*studio, hooks, run, !a.how.virtual_time);

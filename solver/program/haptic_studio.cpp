@@ -72,7 +72,7 @@ std::vector<HapticStudio::Change> HapticStudio::take(const std::string& scene)
         if (got == LineReader::Got::line) {
             answer(line, scene, changes);
         } else {
-            // Without the server nobody would end this run.
+            // Without the server this run would not end.
             if (got == LineReader::Got::end || got == LineReader::Got::broken) stop_ = true;
             if (got != LineReader::Got::too_long) break;
         }

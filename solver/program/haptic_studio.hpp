@@ -13,7 +13,7 @@
 
 namespace amontons {
 
-/// The health of a haptic loop over its last second, and what the hand feels now.
+/// State of a haptic loop: times over its last second, counts so far, and the force now.
 struct LoopHealth {
     double time = 0;         ///< of the last tick [s]
     double rate = 0;         ///< ticks a second

@@ -38,7 +38,7 @@ private:
     std::map<std::string, std::pair<std::vector<float>, std::vector<float>>> shown_;
 };
 
-/// A frame with its length before it. @return  false if nobody reads there any more
+/// A frame with its length before it. @return  false if the reader has closed it
 bool send_frame(int stream, const std::string& frame);
 
 } // namespace amontons

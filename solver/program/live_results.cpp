@@ -61,7 +61,7 @@ void LiveResults::begin(const SteppedScene& scene, const std::string& folder, bo
     for (const Issue& w : scene.warnings())
         options.warnings.push_back(InputError({w}).what());
     options.warnings.emplace_back(
-        "this run was led by hand (amontons studio): what was led is not in the scene");
+        "inputs of this run were set by hand (amontons studio): their values are not in the scene");
     options.threads = scene.options().threads;
     options.resume = resume;
     open->writer = std::make_unique<RunWriter>(open->scene, *open->simulation, options, open->stop);
@@ -70,7 +70,7 @@ void LiveResults::begin(const SteppedScene& scene, const std::string& folder, bo
 
 void LiveResults::resume(SteppedScene& scene, const std::string& folder)
 {
-    end("another run is lost on with");
+    end("another run is continued");
     begin(scene, folder, true);
 }
 

@@ -83,7 +83,7 @@ std::string render_in_child(const std::string& directory, const std::string& png
     ::waitpid(child, &status, 0);
     if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return "";
     const std::size_t last = words_of_child.find_last_not_of("\n");
-    return last == std::string::npos ? "its process ended without a word"
+    return last == std::string::npos ? "its process ended without a message"
                                      : words_of_child.substr(0, last + 1);
 }
 

@@ -109,7 +109,7 @@ public:
         return std::max(0.0, (scene_.time() - begun_at_) / speed_ - watch_.seconds());
     }
 
-    /// A step of a run that nobody waits for. @return  its line of output
+    /// A step of a run in the background. @return  its line of output
     std::string step_of_run()
     {
         JsonText json(false);

@@ -15,8 +15,8 @@ namespace amontons {
 /// Exit codes of the program.
 constexpr int kDone = 0, kCaseFailed = 1, kBadInput = 2, kSolveFailed = 3, kInterrupted = 130;
 
-/// What every command knows: how it was called, and where its words go. Only the results of a
-/// command are passed to stdout; all else is passed to stderr.
+/// Shared data of all commands: the call, and the stream for messages. Only the results of a
+/// command are written to stdout; all else is written to stderr.
 struct Session {
     std::vector<std::string> arguments;
     bool quiet = false;
@@ -28,7 +28,7 @@ struct Session {
     void say(std::string_view text) const;
     /// A line on stderr, when the user wants details.
     void detail(std::string_view text) const;
-    /// What may be meant otherwise, a line each on stderr, unless the user wants quiet.
+    /// Warnings, a line each on stderr, unless the user wants quiet.
     void warn(const std::vector<Issue>& issues) const;
     /// A line on stderr, always.
     void error(std::string_view text) const;

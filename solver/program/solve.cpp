@@ -27,7 +27,7 @@ namespace {
 struct SolveArguments {
     std::string problem, output, solver = name(ContactSolver::automatic);
     bool judge = false;  ///< the /solution that is in the file
-    std::string command; ///< of a solver of somebody else's
+    std::string command; ///< of an external solver
     SolverOptions options;
 };
 
@@ -111,7 +111,7 @@ Solved solve_file(const FclibProblem& file, const SolverOptions& options)
     return answer_of(file, [&](const ContactProblem& p) { return solve(p, options); });
 }
 
-/// What somebody else's reaction is worth, by the measure that ours gets.
+/// Certifies a reaction from outside, as one of our own solvers is certified.
 /// @param where  names the file in messages
 /// @throws InputError  no reaction, or one of another size
 Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given,
@@ -127,7 +127,7 @@ Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given
     });
 }
 
-/// A solver of somebody else's. What it prints is passed to stderr.
+/// Runs an external solver. Its output is written to stderr.
 Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Session& session)
 {
     try {
@@ -368,9 +368,11 @@ void add_solve(CLI::App& program, Session& session)
                      "Natural-map error to reach; 0: down to round-off")
         ->type_name("NUMBER")
         ->capture_default_str();
-    command->add_option("--max-time", a->options.max_seconds, "Gives up after this long [s]")
+    command->add_option("--max-time", a->options.max_seconds, "Ends the solve after this time [s]")
         ->type_name("SECONDS");
-    command->add_option("--max-iterations", a->options.max_iterations, "Gives up after this many")
+    command
+        ->add_option("--max-iterations", a->options.max_iterations,
+                     "Ends the solve after this many iterations")
         ->type_name("N")
         ->capture_default_str();
     command->add_option("--output,-o", a->output, "A copy of the file with /solution: u and r")

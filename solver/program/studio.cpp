@@ -74,7 +74,7 @@ void open_browser(const std::string& path)
     if (path.empty()) return;
     const char* address = path.c_str();
     const pid_t child = ::fork();
-    if (child != 0) return; // its end is nobody's business
+    if (child != 0) return; // the end of another one is not waited for
     ::setpgid(0, 0);
     ::dup2(STDERR_FILENO, STDOUT_FILENO);
     ::execlp("xdg-open", "xdg-open", address, static_cast<char*>(nullptr));

@@ -190,8 +190,8 @@ struct Work {
     std::optional<PointRecord> record;
 };
 
-/// Whether a point that did not get there may get there now: it has longer, or it died of what may
-/// be lost, as another program's memory. What the program refused it would refuse again.
+/// Whether a point without a result may have one now: its time limit is longer, or it ended by
+/// something temporary, such as memory taken by another program. A refusal would be repeated.
 bool is_worth_another_run(const PointRecord& r, double max_time)
 {
     if (r.status == "out_of_time") return max_time == 0 || max_time > r.seconds;

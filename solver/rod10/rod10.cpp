@@ -163,7 +163,7 @@ Rod10Node Rod10Solver::moment(const Vec3& in_space) const
     const Vec3 own = now_ * in_space;
     if (std::abs(own.x()) > kRounding * own.norm())
         throw InputError({{"", "moment", std::to_string(own.x()) + " N m about the rod's axis",
-                           "none: this rod knows no torsion"}});
+                           "none: this rod has no torsion"}});
     Rod10Node n;
     n.turn = {own.y(), own.z()};
     return n;

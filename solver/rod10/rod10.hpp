@@ -75,7 +75,7 @@ public:
     /// Step 8. @param loads  of every node; those of the first, clamped one enter the hand
     std::vector<Rod10Node> deflections(std::span<const Rod10Node> loads) const;
 
-    /// A moment in space as a load. The rod knows no torsion.
+    /// A moment in space as a load. The rod has no torsion.
     /// @throws InputError  if the moment turns about the rod's axis
     Rod10Node moment(const Vec3& in_space) const;
 

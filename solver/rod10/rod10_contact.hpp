@@ -60,7 +60,7 @@ public:
     /// State between two frames.
     struct Frame {
         Vec3 force = Vec3::Zero(); ///< of all test points on the rod, in space [N]
-        Vec3 felt = Vec3::Zero();  ///< the part that the hand feels: the limiter's [N]
+        Vec3 felt = Vec3::Zero();  ///< the part sent to the hand, after the limiter [N]
         int touching = 0;          ///< test points within objects
         double depth = 0;          ///< of the deepest of them [m]
     };

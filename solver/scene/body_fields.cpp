@@ -144,7 +144,7 @@ ObjectDeclaration declare_set()
         "Faces that edges without a corner connect with one of them",
         {required(field<&SetSeed::at>("at", "m", kAny, "A place on or near that face.")),
          field<&SetSeed::angle>("angle", "degree", between(5, 180),
-                                "By how much neighbouring faces may turn and still be alike.")});
+                                "Largest angle between neighbouring faces that count as alike.")});
     return {"Set of a solid, by where it lies before `start`: one of box, ball, plane, faces_like, "
             "faces, nodes",
             {object<&S::box>("box", declare_box(),
@@ -424,8 +424,8 @@ ObjectDeclaration declare_contact()
 {
     using C = ContactLaw;
     return {"Contact of a pair of bodies",
-            {required(text<&C::between>("between", "Names of two bodies. Bodies that stand in no "
-                                                   "pair do not touch. \"*\": every body "
+            {required(text<&C::between>("between", "Names of two bodies. Bodies in no pair do "
+                                                   "not touch. \"*\": every body "
                                                    "and obstacle not named with the other in a "
                                                    "pair of its own, and each rod itself. A "
                                                    "hyperelastic solid twice: it touches "
@@ -438,7 +438,7 @@ ObjectDeclaration declare_contact()
                                                      "rod \"start\" or \"end\": that end alone.")),
              choice({"finite", "small"},
                     text<&C::sliding>("sliding", "\"small\": of solids, the geometry of the start "
-                                                 "decides who meets whom.")),
+                                                 "decides which places may touch.")),
              choice({"mortar", "nodal"},
                     text<&C::discretisation>("discretisation",
                                              "Of solids: \"mortar\" integrates over the faces, "
@@ -449,10 +449,9 @@ ObjectDeclaration declare_contact()
              choice({"refuse", "resolve", "close"},
                     text<&C::start_overlap>(
                         "start_overlap",
-                        "Bodies that stand in each other when the run begins: \"refuse\" such a "
-                        "scene; \"resolve\" presses them out of each other before the first "
-                        "step; \"close\" takes gaps and overlaps of surfaces that should fit "
-                        "out of the gap.")),
+                        "Bodies that overlap when the run begins: \"refuse\" such a scene; "
+                        "\"resolve\" separates them before the first step; \"close\" subtracts "
+                        "gaps and overlaps of surfaces that should fit from the gap.")),
              fallback("rigid",
                       field<&C::foundation>("foundation", "N/m^2", positive(),
                                             "Of a beam and an obstacle: springs along the normal "

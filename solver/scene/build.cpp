@@ -254,8 +254,7 @@ std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* wa
             add_named_branches(o, scene, obstacles.back().model);
         } catch (const InputError& error) {
             const std::string body = "/bodies/" + o.name;
-            for (Issue issue :
-                 error.issues()) { // a generator does not know where its numbers stood
+            for (Issue issue : error.issues()) { // a generator has no JSON paths of its numbers
                 if (issue.place == "/side") {
                     issue.file = scene.file;
                     issue.place = body + "/side";

@@ -9,7 +9,7 @@
 namespace amontons {
 
 /// Makes the obstacles of a scene: runs generators, reads and checks surface files.
-/// @param warnings  gets what may be meant otherwise (millimetres)
+/// @param warnings  gets probable mistakes (a size that suggests millimetres)
 /// @throws InputError  with all Issues of all obstacles; a mesh's Issue keeps the mesh's file
 std::vector<Obstacle> build_obstacles(const Scene& scene, std::vector<Issue>* warnings = nullptr);
 
@@ -27,8 +27,8 @@ struct SurfaceFacts {
 /// Size, sides and resolution of an obstacle, for `amontons check`.
 SurfaceFacts surface_facts(const ObstacleInput& input, const Obstacle& obstacle);
 
-/// Of a body that stands in an obstacle's wall: "; ..." with what may be meant, where its free
-/// space is around it and could be inside; else "".
+/// For a message about a body inside an obstacle's wall: "; ..." with the likely remedy, where the
+/// free space is outside the surface and could be inside; else "".
 std::string side_hint(const Scene& scene, const Obstacle& obstacle);
 
 /// The centreline of a surface: from a file, or of pieces.
@@ -58,7 +58,8 @@ bool any_depth_line(const std::vector<DepthLine>& lines);
 /// Adds NAME_centreline_depth [m] of each beam that has one.
 void add_centreline_depths(StepRecord& record, const std::vector<DepthLine>& lines);
 
-/// Of points that were read with the scale along x: makes it that of each direction.
+/// Scales points, which were read with the factor scale.x() in all directions, by the factor of
+/// each direction.
 inline void stretch_axes(std::vector<Vec3>& points, const Vec3& scale)
 {
     if (scale == Vec3::Constant(scale.x())) return;

@@ -208,7 +208,7 @@ void check_beam(const BeamInput& b, const Scene& scene, Findings& findings)
     }
 }
 
-/// What a wire and an obstacle must have in common to be able to meet.
+/// Conditions for a contact law between a wire and an obstacle.
 void check_fit(const BeamInput& b, const ObstacleInput& o, Findings& findings)
 {
     const SurfaceInput& s = o.surface;

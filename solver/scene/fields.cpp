@@ -451,7 +451,7 @@ ObjectDeclaration declare_time()
                   field<&T::smallest_step>(
                       "smallest_step", "s", at_least(0),
                       "A step is not halved below this. Where rods alone find no "
-                      "balance even so, they are followed to that which they snap to.")),
+                      "balance at this length, they are followed to the one they snap to.")),
          fallback("steps in time",
                   field<&T::path>("path", "m", at_least(0),
                                   "A quasi-static rod alone: steps of about this length (root "

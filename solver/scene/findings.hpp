@@ -7,10 +7,10 @@
 
 namespace amontons {
 
-/// Of lengths that are meant to be the same, relative.
+/// Relative difference below which two lengths of a scene count as equal.
 constexpr double kInputRoundOff = 1e-9;
 
-/// Adds Issues, but none that rests on a field that is wrong in itself.
+/// Adds Issues, except those about a field for which there already was one.
 class Findings {
 public:
     Findings(const std::string& file, std::vector<Issue>& issues)
@@ -20,7 +20,7 @@ public:
     {
     }
 
-    /// @param places  the fields it rests on; the first is the one to blame
+    /// @param places  the fields it rests on; the first is the one named in the message
     void add(const std::vector<std::string>& places, std::string found, std::string allowed)
     {
         for (const std::string& p : places)

@@ -53,8 +53,8 @@ ObjectDeclaration declare_haptic()
              "Fastest motion that is predicted: contacts that it may close before the next "
              "operator comes are handed over."),
          field<&H::ramp>("ramp", "s", between(0, 10),
-                         "Time in which the force comes in, from none to all of it: at the start, "
-                         "and after a fault. Passivity control acts meanwhile, also with "
+                         "Time in which the force is scaled up from zero: at the start, and "
+                         "after a fault. Passivity control acts meanwhile, also with "
                          "--no-control: what the hand has not given is not given back."),
          field<&H::contacts>("contacts", "", between(1, 2000), "Most that are handed over."),
          object<&H::hand>("hand", hand, "The simulated hand.")},

@@ -5,19 +5,20 @@
 
 namespace amontons {
 
-/// Do instruments (`beam`) touch more than walls and what lies in their bore? Then they are solved
-/// as rods that a sheath feeds, in one problem with the scene's bodies. So it is of scenes with a
-/// rigid body, a rod, a coupling or a solid that is no vessel's wall, of instruments that touch
-/// themselves or one another from different introducers, and of those with a density in gravity.
+/// Whether instruments (`beam`) are solved as rods fed from a sheath, in one problem with the
+/// scene's bodies, because they may touch more than walls and what lies in their bore. True for
+/// scenes with a rigid body, a rod, a coupling or a solid that is not a vessel's wall, for
+/// instruments that touch themselves or one another from different introducers, and for those with
+/// a density in gravity.
 bool instruments_are_rods(const Scene& scene);
 
-/// Two of them slide in each other: they come out of one introducer.
+/// Whether two instruments come out of one introducer, so that one slides in the other.
 bool share_introducer(const BeamInput& a, const BeamInput& b);
 
-/// What such a scene asks of its instruments and rods cannot do.
+/// Adds an Issue for each feature of such a scene's instruments that rods do not have.
 void check_instrument_rods(const Scene& scene, Findings& findings);
 
-/// Across an introducer: where the curvature of angle 0 bends a wire to [-], unit.
+/// The direction across an introducer to which a curvature of angle 0 bends a wire; a unit vector.
 Vec3 introducer_normal(const IntroducerInput& introducer, const std::optional<Vec3>& plane);
 
 /// The same scene with rods in the place of its beams: straight in their introducers, fed by

@@ -7,7 +7,7 @@
 #include <string_view>
 #include <vector>
 
-// A scene's text and the overrides of the command line, before anyone asks what they mean.
+// A scene's text and the overrides of the command line as JSON, before fields are interpreted.
 
 namespace amontons {
 
@@ -17,7 +17,7 @@ using Json = nlohmann::ordered_json;
 /// A value from the file, short enough for a message.
 std::string shown(const Json& value);
 
-/// Parses the text. Fields that stand twice are Issues: which of them counts is nowhere stated.
+/// Parses the text. A field given twice is an Issue, since JSON does not define which one counts.
 /// @throws InputError  if the text is no JSON, with line and column
 Json parse_json(std::string_view text, const std::string& file, std::vector<Issue>& issues);
 

@@ -17,7 +17,7 @@ namespace amontons {
 ///     print(j.text());
 class JsonText {
 public:
-    /// @param indented  one value a line, as people like it; else all in one line
+    /// @param indented  one value a line, for readers; else all in one line
     explicit JsonText(bool indented = true) : indented_(indented) {}
 
     JsonText& open(char bracket); ///< '{' or '['

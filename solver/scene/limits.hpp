@@ -6,9 +6,9 @@
 
 namespace amontons {
 
-/// The sizes that values of a unit may have, whatever field they stand in: many decades beyond what
-/// there is, in any system of units, and so far from the ends of doubles that squares, products and
-/// quotients of a few of them are numbers.
+/// Magnitudes that values of a unit may have in any field: many decades beyond physical values in
+/// any system of units, and so far from the limits of doubles that squares, products and quotients
+/// of a few of them neither overflow nor underflow.
 struct UnitLimits {
     double least; ///< of a value that must not be 0
     double most;

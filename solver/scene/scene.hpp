@@ -9,8 +9,9 @@
 #include <variant>
 #include <vector>
 
-// What a scene file specifies, in SI, with its defaults. No pointers, no files opened: the
-// reader (scene/read) fills it, build turns it into a Simulation.
+// The contents of a scene file, in SI, with defaults. Plain data: the reader
+// (solver/scene/read.hpp) fills it, solver/scene/build.hpp makes the obstacles of a Simulation from
+// it.
 
 namespace amontons {
 
@@ -44,12 +45,13 @@ struct BranchInput {
     double angle = 1.57079632679489661923; ///< from the arch's tangent towards its start [rad]
 };
 
-/// One of several ways to specify a set or a branch; `given` by the reader.
+/// A box of places: one of several ways to specify a set or a branch.
 struct SetBox {
     /// True if the scene has one.
     bool given = false;
     Vec3 from = Vec3::Zero(), to = Vec3::Zero(); ///< two opposite corners [m]
 };
+/// A ball of places.
 struct SetBall {
     /// True if the scene has one.
     bool given = false;
@@ -104,7 +106,7 @@ struct ObstacleInput {
 /// A tube of a section, or a coil of round wire in it.
 struct SectionLayer {
     double inner_radius = 0, outer_radius = 0; ///< [m]
-    /// ... at the segment's end, reached linearly; nothing: as at its beginning [m]
+    /// The same at the segment's end, linear in between; absent: as at its beginning [m]
     std::optional<double> end_inner_radius, end_outer_radius;
     double youngs_modulus = 0; ///< [Pa]
     double poisson_ratio = 0.3;
@@ -220,7 +222,7 @@ struct HoldInput {
     std::string set;
     CurvePoints x, y, z;          ///< (time [s], [m]); empty: this axis is free
     Vec3 axis = Vec3::UnitZ();    ///< of the turn
-    Vec3 about = Vec3::Zero();    ///< a place that it leaves where it is, or the gradient [m]
+    Vec3 about = Vec3::Zero();    ///< the point that turn or gradient leave at rest [m]
     CurvePoints angle;            ///< [rad]; empty: no turn
     std::optional<Mat3> gradient; ///< A [-]
     CurvePoints over;             ///< factor on it; empty: 1
@@ -230,14 +232,14 @@ struct HoldInput {
         "world"; ///< x, y, z of where the body begins: "world" | "body": turned with it
 };
 
-/// What acts on a named set. Vectors are multiplied by `over`.
+/// A load on a named set. Vectors are multiplied by `over`.
 struct LoadInput {
     /// Name of the set of faces.
     std::string set;
     CurvePoints pressure;         ///< pushes against a set of faces (time [s], [Pa])
-    CurvePoints volume;           ///< by how much a set of faces moves in (time [s], [m^3])
+    CurvePoints volume;           ///< prescribed volume swept inwards by faces (time [s], [m^3])
     std::optional<Vec3> traction; ///< force per area on a set of faces [Pa]
-    std::optional<Vec3> force;    ///< in all, shared equally by the set's nodes [N]
+    std::optional<Vec3> force;    ///< total, shared equally by the set's nodes [N]
     CurvePoints over;             ///< factor on traction and force over time; empty: 1
 };
 
@@ -268,7 +270,7 @@ struct MaterialInput {
     Vec3 turned = Vec3::Zero(); ///< what the file's directions are turned by, with their mesh [rad]
 };
 
-/// As SetBox.
+/// Faces in a plane: another way to specify a set.
 struct SetPlane {
     /// True if the scene has one.
     bool given = false;
@@ -427,7 +429,7 @@ struct RodHold {
     CurvePoints angle;           ///< turn about the axis over time, of turns that are held [rad]
 };
 
-/// What acts on a rod. Vectors are multiplied by `over`.
+/// A load on a rod. Vectors are multiplied by `over`.
 struct RodLoad {
     std::string set;            ///< "start" | "end" | "all" | "": `at`
     std::optional<double> at;   ///< arc length [m]
@@ -438,7 +440,7 @@ struct RodLoad {
     CurvePoints over;           ///< factor over time; empty: 1
 };
 
-/// A beam that no introducer feeds: it lies where its shape specifies, is held and loaded anywhere.
+/// A beam without an introducer: its shape gives its place, and it may be held and loaded anywhere.
 struct RodInput {
     std::string name;
     std::vector<BeamSegment> segments;
@@ -451,11 +453,11 @@ struct RodInput {
     Vec3 spin = Vec3::Zero();     ///< about the centre of mass [rad/s]
     double contact_spacing = 0;   ///< [m]; 0: at the nodes; in the hand: two radii
     CurvePoints fed; ///< how far its end is out of a sheath over time [m]; empty: there is none
-    double drag = 0; ///< of a medium: force per length and velocity [N s/m^2]; quasi-static
+    double drag = 0; ///< viscous: force per length and velocity [N s/m^2]; quasi-static steps only
     bool instrument = false; ///< given as a beam: see instrument_rods.hpp
 };
 
-/// Rows without a cone between two bodies, or a spring.
+/// A joint (bilateral constraints) or a spring between two bodies.
 struct CouplingInput {
     /// "weld" | "ball" | "hinge" | "slider" | "distance" | "spring" | "turn_spring"
     std::string kind = "weld";
@@ -494,13 +496,12 @@ struct TimeInput {
     double step = 0;                   ///< longest step [s]
     double end = 0;                    ///< [s]
     double smallest_step = 0;          ///< [s]; 0: step / 1024
-    double path = 0; ///< quasi-static rods: length of a step on the path of balances [m]; 0: none
+    double path = 0; ///< quasi-static rods: length of a step on the equilibrium path [m]; 0: none
     std::string balance = "mean"; ///< of quasi-static beams: "mean" | "course"
     double damping = 0;           ///< mass-proportional Rayleigh damping of beams [1/s]
     std::string rule = "theta";   ///< of dynamic solids: "theta" | "generalised_alpha"
     double theta = 1;             ///< 1 implicit Euler, 0.5 the midpoint rule (weight)
-    double spectral_radius =
-        0.8; ///< of generalised_alpha: what a step leaves of high frequencies (factor)
+    double spectral_radius = 0.8; ///< of generalised_alpha, at infinite frequency (factor)
 };
 
 /// Tolerances (relative).
@@ -515,7 +516,7 @@ struct SolverInput {
     std::string linear = "auto";
 };
 
-/// A solver of somebody else's, for the contact problems of solids and rigid bodies.
+/// An external solver for the contact problems of solids and rigid bodies.
 struct ContactSolverInput {
     std::string command;   ///< for a shell in the scene's folder
     std::string function;  ///< of the program that the library is in: see solver/step/outside.hpp
@@ -531,7 +532,7 @@ struct OutputInput {
     bool plots = true;
 };
 
-/// A hand that is simulated: values of van Beek et al., Sci. Rep. 5 (2015) 18004, fig. 3.
+/// A simulated hand: values of van Beek et al., Sci. Rep. 5 (2015) 18004, fig. 3.
 struct HandInput {
     double mass = 0.554;    ///< [kg]
     double damping = 6.45;  ///< [N s/m]
@@ -551,7 +552,7 @@ struct HapticInput {
     double turn_stiffness = 0;    ///< [N m/rad]; 0: turns are held rigidly
     double damping = 0;           ///< [N s/m]
     double speed = 0.2;           ///< fastest predicted [m/s]
-    double ramp = 0.5;            ///< in which the force comes in [s]
+    double ramp = 0.5;            ///< over which the force is scaled up [s]
     int contacts = 300;           ///< most that are handed over
     HandInput hand;
 };

@@ -17,7 +17,7 @@ double length_of(const std::vector<BeamSegment>& segments); ///< [m]
 void check_segments(const std::vector<BeamSegment>& segments, const std::string& place, bool cables,
                     const Scene& scene, Findings& findings, double load = 0);
 
-/// More contact points along a wire or rod than there can be a need for.
+/// Adds an Issue where this spacing makes more contact points than a wire or rod can need.
 void check_contact_spacing(double spacing, const std::vector<BeamSegment>& segments,
                            const std::string& place, Findings& findings);
 

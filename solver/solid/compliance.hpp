@@ -11,10 +11,10 @@ namespace amontons {
 FactorResult factor_free(const SparseMatrix& whole, const FreeDofs& dofs,
                          const SupernodalOptions& options, SupernodalFactor& factor);
 
-/// What columns are kept with.
+/// Rows of the stored columns: those of the surface's nodes, or of all nodes.
 enum class ColumnRows { surface, all };
 
-/// What SolidCompliance has done so far.
+/// Counts of a SolidCompliance since it was made.
 struct ComplianceCounts {
     std::int64_t columns_solved = 0;  ///< nodes, three columns each
     std::int64_t columns_dropped = 0; ///< to make room
@@ -26,14 +26,15 @@ struct ComplianceCounts {
 ///
 /// Columns of A^-1 are solved for nodes that come into contact and kept, three for each node, with
 /// the rows of the surface only, or, for small bodies that move, with all rows. From then on W is
-/// put together from them: its cost depends on the contacts, not on the mesh. Columns cost more
-/// than one W from the factor's tree, as they hold the whole surface: while some are missing, W
-/// comes from the tree, until it has cost as much as the missing columns would. So a few new nodes
-/// are solved at once, a new contact area after it has stayed for a while, and never is twice the
-/// least cost exceeded. What decides is a count of operations, the same in every run.
+/// assembled from them: its cost depends on the contacts, not on the mesh. Columns cost more than
+/// one W from the factor's elimination tree, as they hold the whole surface: while some are
+/// missing, W is computed by the tree, until that has cost as much as the missing columns would.
+/// So columns of a few new nodes are solved at once, those of a new contact area after it has
+/// persisted for a while, and the cost never exceeds twice the least possible. The decision uses a
+/// count of operations, which is the same in every run.
 ///
-/// The columns used least recently go when the memory is full; contacts with more nodes than it
-/// holds are answered by the factor each time.
+/// The columns used least recently are dropped when the memory is full; with more nodes in contact
+/// than it can hold, W is computed from the factor each time.
 /// One object serves one thread at a time. Derivation and costs: docs/theory/compliance.md.
 class SolidCompliance {
 public:
@@ -48,7 +49,7 @@ public:
     /// Default memory limit of the columns [bytes].
     static constexpr std::size_t kColumnMemory = std::size_t(1) << 30;
 
-    /// A is `scale` times what was factored, > 0: Young's modulus alone costs nothing.
+    /// A is `scale` (> 0) times the factored matrix: a changed Young's modulus needs no new factor.
     void set_scale(double scale);
 
     /// W = C^T A^-1 C, symmetric to the last bit [m/N for a stiffness].
@@ -58,12 +59,12 @@ public:
     /// @return   whether it came from kept columns, else from the factor
     /// @throws std::logic_error  if C acts on a node that is not of the surface
     bool delassus(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// The same from the factor, whatever is kept.
+    /// The same from the factor, even if all columns are stored.
     void delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W);
-    /// Announces about so many solves: columns are then solved early, and some
-    /// of nodes that have not been in contact with those that are.
+    /// Announces about so many solves to come: columns are then solved earlier, also for some nodes
+    /// that have not been in contact yet.
     void expect(double solves);
-    /// Of the columns' solves; they have the same bits for any number.
+    /// Threads that solve for columns; results are bitwise the same for any number.
     void use_threads(int threads) { threads_ = threads; }
     /// Solves the columns of these nodes now, as far as there is room.
     void prepare(std::span<const std::int32_t> nodes);
@@ -84,16 +85,16 @@ public:
     /// rows, or one solve.
     Eigen::VectorXd solved(const Eigen::VectorXd& f);
 
-    /// Which columns are kept and what the choice of further ones depends on: kept_size()
-    /// numbers. A copy that keep() gives them to continues with the same bits.
+    /// Which columns are stored, and the counts that decide on further ones: kept_size() numbers,
+    /// from which keep() of another object continues with bitwise the same results.
     std::vector<double> kept() const;
-    void keep(std::span<const double> kept); ///< solves the columns again
+    void keep(std::span<const double> kept); ///< restores kept(); solves those columns again
     /// Numbers of kept() for so many nodes of the surface.
     static std::size_t kept_size(std::size_t surface_nodes) { return 3 + 2 * surface_nodes; }
 
     const SupernodalFactor& factor() const { return factor_; }
-    /// Gives the factor back, to be used for other numbers of the same pattern; this object is then
-    /// of no more use.
+    /// Moves the factor out, to be used for other values of the same pattern; this object must not
+    /// be used afterwards.
     SupernodalFactor release() { return std::move(factor_); }
     const FreeDofs& dofs() const { return dofs_; }
     const ComplianceCounts& counts() const { return counts_; }

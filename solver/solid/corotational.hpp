@@ -40,8 +40,8 @@ struct CorotationalState {
 CorotationalState corotational_forces(const CorotationalElement& e, const ElementPoints& x,
                                       ElementVector& forces);
 
-/// P^T K P v, see corotational_stiffness(): what a rate of strain asks for. A turn of the element
-/// as a whole has none, however it is strained; the forces are in balance.
+/// P^T K P v, see corotational_stiffness(): the forces of stiffness-proportional damping over its
+/// coefficient. They vanish in a rotation of the element as a whole, and are self-equilibrated.
 /// @param v       velocities in space, 3n [m/s]
 /// @param forces  set to these, 3n [N/s]
 void corotational_rate_forces(const CorotationalElement& e, const CorotationalState& state,

@@ -11,11 +11,10 @@
 // Displacements of an element are 3n numbers, node by node; X holds its nodes' places, 3 x n [m].
 // det J > 0 at the stiffness points is the caller's promise (mesh/volume_check.hpp refuses others).
 //
-// All that is here is linear. A hyperelastic law enters at the displacement gradient
-//     H = sum_i u_i (x) grad N_i + sum_k a_k G_k,        F = 1 + H,
-// whose symmetric part is the strain below: functions beside these will take a state (u and the
-// internal modes a, which a body keeps per element) and a law F -> (energy density, P, dP/dF), and
-// give energy, residual and tangent at that state, condensed in the same way.
+// All that is here is linear: the strain is the symmetric part of the displacement gradient
+//     H = sum_i u_i (x) grad N_i + sum_k a_k G_k,
+// with the internal modes a. Hyperelastic elements, with F = 1 + H, are in
+// solver/solid/hyperelastic.hpp.
 
 namespace amontons {
 

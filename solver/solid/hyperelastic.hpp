@@ -6,20 +6,20 @@
 #include <limits>
 
 // Elements of hyperelastic material, total Lagrangian: energy, forces and tangent at places x.
-// T4 takes the law as it is. T10 and H8 take that part of lambda/2 (ln J)^2 which is more than some
-// shear moduli at the element's mean J. H8 has the twelve internal
-// modes of solver/solid/element.hpp in F, transposed, in the axes that turn with its centre.
-// Equations, why so, and what was measured: docs/theory/hyperelasticity.md.
+// T4 evaluates the law at its points. T10 and H8 evaluate the part of lambda/2 (ln J)^2 with a
+// lambda beyond some shear moduli at the element's mean J. H8 has the twelve internal modes of
+// solver/solid/element.hpp in F, transposed, in axes that turn with its centre.
+// Equations, reasons and measured results: docs/theory/hyperelasticity.md.
 
 namespace amontons {
 
-/// Up to this many shear moduli of lambda act at each point of a T10, the rest at its mean J:
-/// below nu = 0.4 a T10 is that of displacements alone.
+/// lambda over the shear modulus up to which it acts at each point of a T10; the rest acts at its
+/// mean J. So for nu < 0.4 a T10 is a pure displacement element.
 constexpr double kPointwiseLambda = 4;
-/// And of a H8, whose modes relieve them (nu = 0.476).
+/// The same for H8, whose internal modes reduce locking (nu = 0.476).
 constexpr double kPointwiseLambdaOfH8 = 20;
 
-/// T4 with a larger Poisson's ratio locks; and T10 does where the law has no part of J alone.
+/// Above this Poisson's ratio T4 locks, and so does T10 with a law without a volumetric part.
 constexpr double kMostPoissonOfT4 = 0.45;
 
 /// What an element keeps of its reference shape.
@@ -34,10 +34,10 @@ HyperelasticElement make_hyperelastic(ElementKind kind, const ElementPoints& X, 
 
 /// An element at places x.
 struct HyperelasticState {
-    InternalModes modes;     ///< of H8: given as a start, then those of balance
+    InternalModes modes;     ///< of H8: first guess on entry, then those in equilibrium
     double energy = 0;       ///< [J]
     double least_volume = 1; ///< least J at its points (ratio)
-    /// What the tangent takes for the pressure of the mean J; no number: that of its places [Pa].
+    /// Pressure of the mean J with which the tangent is formed; NaN: that at places x [Pa].
     double pressure = std::numeric_limits<double>::quiet_NaN();
 };
 
@@ -45,7 +45,7 @@ struct HyperelasticState {
 enum class ElementFault {
     none,
     inverted, ///< J <= 0, or too strained for numbers, at some point
-    unstable, ///< its internal modes have no stable balance: it would buckle within itself
+    unstable, ///< its internal modes have no stable equilibrium: it would buckle within itself
 };
 
 /// Energy and forces.
@@ -60,21 +60,21 @@ ElementFault hyperelastic_forces(const HyperelasticElement& e, const Hyperelasti
 void hyperelastic_tangent(const HyperelasticElement& e, const Hyperelastic& material,
                           const ElementPoints& x, const HyperelasticState& state, ElementMatrix& K);
 
-/// The pressure of the mean J that a motion leads to, as far as it is linear: what is nearly
-/// incompressible answers to all of it with one of many shear moduli, which belongs to no
-/// equilibrium.
+/// The pressure of the mean J after a motion, linearised in the motion. A nearly incompressible
+/// element evaluated at the moved places would have a pressure of many shear moduli, which belongs
+/// to no equilibrium.
 /// @param move  of the nodes from x, 3 x n [m]
 double pressure_after(const HyperelasticElement& e, const Hyperelastic& material,
                       const ElementPoints& x, const ElementPoints& move);
 
-/// Mean over the element, there: Cauchy's stress [Pa], and energy per volume at rest [J/m^3].
+/// Means over an element.
 struct HyperelasticMean {
     /// Cauchy stress [Pa].
     Vec6 stress = Vec6::Zero();
-    /// Energy density [J/m^3].
+    /// Energy per volume of the reference shape [J/m^3].
     double energy = 0;
 };
-/// Means over an element.
+/// Means over an element at places x. @param state  as hyperelastic_forces() has left it
 HyperelasticMean hyperelastic_mean(const HyperelasticElement& e, const Hyperelastic& material,
                                    const ElementPoints& x, const HyperelasticState& state);
 

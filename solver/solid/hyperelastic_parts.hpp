@@ -193,14 +193,14 @@ void add_forces(const Numbers<kind>& e, int group, const Gradient<Number>& P,
         }
 }
 
-/// One of them.
+/// State of one integration point.
 struct Point {
     /// Determinant of F.
     double J = 0;
     /// Deformation gradient and second Piola-Kirchhoff stress [Pa].
     Mat3 F, S;
 };
-/// Strain and stress at a point from F.
+/// State of the point in one lane of a group. @param answer  of the law at F
 template <class Number>
 Point point_of(const Gradient<Number>& F, const Answer<Number>& answer, int lane)
 {
@@ -238,7 +238,7 @@ void tangent(const Gradient<Number>& F, const Response<Number>& r, const Number&
                 }
         }
 }
-/// That of one of them.
+/// The tangent of the point in one lane, as a matrix.
 template <class Number> Mat9 tangent_of(const Tangent<Number>& A, int lane)
 {
     Mat9 one; // symmetric: rows are columns

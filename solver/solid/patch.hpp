@@ -28,18 +28,18 @@ struct Patch {
 /// The whole of some faces of a mesh.
 Patch patch_of_faces(const VolumeMesh& mesh, std::span<const FaceRef> faces);
 
-/// What lies within a radius of a point and is connected with the part nearest to it. Faces that
-/// the ball cuts count with the share inside.
+/// The part of the surface that lies within a radius of a point and is connected with the place
+/// nearest to it. Faces cut by the ball count with their share inside.
 /// @param at  at rest [m]
-/// @return    area 0 if the surface is farther than that
+/// @return    area 0 if the surface is farther away than the radius
 Patch patch_within(const VolumeMesh& mesh, const ExternalSurface& outside, const Vec3& at,
                    double radius);
 
 /// Distance of a point from faces, by the flat triangles of their corners [m].
 double distance_to_faces(const VolumeMesh& mesh, std::span<const FaceRef> faces, const Vec3& at);
 
-/// How a patch has moved: the mean place and the rotation R that works with the traction
-/// a + b x R (X - centre), for which sum R arm x (x - centre) = 0.
+/// Pose of a patch: its mean place and the rotation R that is work-conjugate to the moment of the
+/// traction a + b x R (X - centre): sum R arm x (x - centre) = 0.
 struct PatchPose {
     const Patch* patch = nullptr;
     Mat3 turn = Mat3::Identity(); ///< R; between two poses their mean
@@ -51,17 +51,17 @@ struct PatchPose {
 /// @param places  of all nodes of the mesh [m]
 PatchPose patch_pose(const Patch& patch, std::span<const Vec3> places);
 
-/// Between two poses, so that mean shift and turn of the nodes' motion from one to the other are
-/// exactly what leads from pose to pose (a discrete gradient).
+/// The pose between two, for which the mean shift and turn of the nodes' motion from one to the
+/// other are exactly the difference of the poses (a discrete gradient).
 PatchPose pose_between(const PatchPose& start, const PatchPose& end);
 
-/// Shift and turn that work with force and moment at the centre, of a motion of the nodes.
-/// @param motion  gives that of a node [m] or [m/s]
+/// Motion of a patch, work-conjugate to the force and the moment at its centre.
 struct PatchMotion {
-    /// Translation of the patch [m] and its rotation vector [rad].
+    /// Shift [m] and rotation vector [rad]; or their rates [m/s], [rad/s].
     Vec3 shift = Vec3::Zero(), turn = Vec3::Zero();
 };
-/// Motion of a patch by nodal motions.
+/// Motion of a patch that follows from those of its nodes.
+/// @param motion  motion(node): displacement or velocity of a node, a Vec3 [m] or [m/s]
 template <class Motion> PatchMotion patch_motion(const PatchPose& pose, Motion motion)
 {
     PatchMotion m;

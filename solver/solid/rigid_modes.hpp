@@ -11,7 +11,7 @@ namespace amontons {
 ///     u = K_pinned^-1 (f + H^T r) + R alpha,    R^T (f + H^T r) = 0,
 ///
 /// where K_pinned lacks the pins' rows and columns (u is 0 there before R alpha is added). The
-/// second line specifies that the pins carry nothing. Derivation: docs/theory/compliance.md.
+/// second line states that the pins carry no force. Derivation: docs/theory/compliance.md.
 struct RigidModes {
     /// 3 nodes x modes [-]. Columns are orthogonal, the mean over the body's nodes of |u|^2 is 1
     /// for each; rows of prescribed degrees of freedom and of nodes of no element are 0. A mesh of
@@ -32,7 +32,7 @@ RigidModes find_rigid_modes(std::span<const Vec3> places, const SolidPattern& pa
                             std::span<const std::int32_t> prescribed,
                             std::span<const char> contact_node = {});
 
-/// Those combinations of modes that springs to the surroundings do not resist, with pins.
+/// Those combinations of modes on which springs to the surroundings do no work, with their pins.
 /// @param springs  stiffness, both triangles, 3 nodes x 3 nodes [N/m]
 /// @param modes    at least one
 RigidModes not_resisted(const RigidModes& modes, const SparseMatrix& springs,

@@ -4,14 +4,15 @@
 
 #include <fmt/format.h>
 
-// Balances that do not stand: rods leave them, others get a warning.
+// Unstable balances: rods leave them, other bodies get a warning.
 
 namespace amontons {
 
-/// A balance of rods that does not stand is left along its lowest mode, as over a snap; where that
-/// leads to no other it stays, and is reported.
+/// An unstable balance of rods is left along its lowest mode, as over a snap; where that leads to
+/// no other balance it is kept, and reported.
 /// @param may_cut  a shorter step can be tried
-/// @return  false: with so many modes it should be: the first of them is the way that loads take
+/// @return  false if a shorter step should be tried: with several negative modes the first one that
+///          growing loads reach is to be taken
 bool BodySimulation::State::leave_unstable(bool may_cut)
 {
     constexpr int kMost = 4;     // one after the other
@@ -43,7 +44,7 @@ bool BodySimulation::State::leave_unstable(bool may_cut)
     return true;
 }
 
-/// Bodies whose balance does not stand: a sentence each, without a stop.
+/// Bodies whose balance is unstable: a sentence each, without a full stop.
 std::vector<std::string> BodySimulation::State::unstable_bodies() const
 {
     std::vector<std::string> sentences;
@@ -57,8 +58,8 @@ std::vector<std::string> BodySimulation::State::unstable_bodies() const
     return sentences;
 }
 
-/// States once a run which balances do not stand; how many there were is reported at its end. Also
-/// what nothing holds of rods that only contacts hold.
+/// Warns once in a run of unstable balances, whose number is reported at its end, and of motions of
+/// rods that neither holds nor contacts constrain.
 void BodySimulation::State::note_unstable()
 {
     if (!unheld_reported)
@@ -75,7 +76,7 @@ void BodySimulation::State::note_unstable()
     for (const std::string& s : sentences)
         all += (all.empty() ? "" : "; ") + s;
     summary.warnings.push_back(
-        fmt::format("step {} (t = {:.6g} s): a balance that does not stand: {}{}", step, time, all,
+        fmt::format("step {} (t = {:.6g} s): an unstable balance: {}{}", step, time, all,
                     scene.time.path > 0 ? " (time.path follows such balances)"
                     : !why_kept.empty() ? "; along its lowest mode: " + why_kept
                                         : ""));

@@ -41,7 +41,7 @@ ElementKind element_kind(const std::string& name)
     return name == "T4" ? ElementKind::T4 : name == "H8" ? ElementKind::H8 : ElementKind::T10;
 }
 
-/// States of Issues that stand in no file where the scene asked for what is wrong.
+/// Adds to Issues without a file the place in the scene that they are due to.
 void add_issues(const std::vector<Issue>& found, const Scene& scene, const std::string& place,
                 std::vector<Issue>& issues)
 {
@@ -183,7 +183,7 @@ VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>
 
 constexpr double kMemoryShare = 0.95; // of what is free
 
-/// A generated mesh that alone would take more memory than there is: refused before it does.
+/// Refuses a generated mesh that would need more memory than is available, before it is made.
 void refuse_mesh(const SolidInput& input, const Scene& scene, std::vector<Issue>& issues)
 {
     const MeshInput& m = input.mesh;
@@ -210,7 +210,8 @@ StartOverlap start_overlap(const ContactLaw& law)
                                           : StartOverlap::refuse;
 }
 
-/// What segments of an instrument state of friction counts for what it touches, but for other rods.
+/// The friction of an instrument's segments is used with all bodies that it touches, except other
+/// rods.
 void set_friction_of_segments(ContactPair& p, const std::vector<BeamSegment>& segments)
 {
     if (std::ranges::none_of(segments, [](const BeamSegment& s) { return s.friction.has_value(); }))
@@ -459,7 +460,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
 
     // ---- Rods at rest: what holds them
     if (scene.time.kind != "dynamic") {
-        // What neither holds nor contacts nor couplings hold would fly off.
+        // Rods that neither holds nor contacts nor couplings constrain have no balance.
         std::set<std::string> met;
         for (const ContactLaw& law : laws)
             if (law.between[0] != law.between[1])

@@ -16,7 +16,7 @@ namespace {
 
 constexpr double kNothing = 1e-14;     // of the largest body's size
 constexpr double kAlone = 1e-2;        // of the tolerance
-constexpr double kUncontrolled = 1e-5; // share of a mode's size that contacts see of it
+constexpr double kUncontrolled = 1e-5; // share of a mode's size along the rows of contacts
 
 /// Crossings of rods wander along them, and change their numbers: by the trapezoid rule none of
 /// them is new, nor left.
@@ -31,7 +31,7 @@ bool is_of_crossing_rods(const BodySystem& system, const BodyContact& c)
 void BodyStepper::certify_rows(const Eigen::VectorXd& u)
 {
     if (rods_only_) return certify_rods(u);
-    if (rows_.count == 0) { // bodies' own balance is all there is: a step of Newton's is cheap
+    if (rows_.count == 0) { // only the bodies' own balance is left: a Newton step is cheap
         report_.error = 0;
         report_.threshold = kAlone * options_.tolerance;
         report_.penetration = report_.cone = 0;
@@ -66,7 +66,7 @@ void BodyStepper::certify_rows(const Eigen::VectorXd& u)
         if (own.cwiseAbs().maxCoeff() <= nothing) own.setZero();
     }
     true_rows.q = seen - compliance;
-    std::swap(true_rows.W, W); // lent: that of a pile is large
+    std::swap(true_rows.W, W); // and back below, not copied: that of a pile is large
     const Certificate c = certify(true_rows, r_, options_.tolerance, ErrorScope::acting_rows);
     std::swap(true_rows.W, W);
     report_.error = c.error;
@@ -85,7 +85,7 @@ bool BodyStepper::check_end_of_step()
     for (const int c : rows_.chosen)
         keys.push_back(key(c));
     const std::vector<Eigen::VectorXd> old_force = body_force_;
-    // What passes through a light body is far more than what is left on it.
+    // Forces that pass through a light body are far larger than their resultant on it.
     std::vector<double> passing(bodies(), 0);
     for (std::size_t b = 0; b < bodies(); ++b)
         if (!rows_.row[b].empty())
@@ -176,7 +176,7 @@ bool BodyStepper::check_end_of_step()
            left_out_ <= options_.tolerance * size;
 }
 
-/// Directions of a body's modes that its acting contacts feel by no more than this share.
+/// Directions of a body's modes that its active contacts constrain by no more than this share.
 Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) const
 {
     const Eigen::Index modes = mode_load_[b].size();
@@ -202,12 +202,13 @@ Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) co
     return svd.V.rightCols(modes - first);
 }
 
-/// Modes that no contact sees: they stay where they are, and that is reported.
+/// Modes that no contact constrains: their amplitudes stay 0, which is reported.
 void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unconstrained = unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
+        const Eigen::MatrixXd unconstrained =
+            unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
@@ -215,7 +216,7 @@ void BodyStepper::report_modes()
     }
 }
 
-/// Measures how far bodies stand in each other and gives the deep places rows of their own.
+/// Measures the overlaps of bodies and adds rows for the deep places.
 /// @return  true if some are new
 bool BodyStepper::adds_rows()
 {
@@ -234,7 +235,7 @@ bool BodyStepper::adds_rows()
     return some;
 }
 
-/// States which bodies stand so deep in each other that the step is none; "" if none do.
+/// A sentence on the deepest overlap for which the step is refused; "" if there is none.
 std::string BodyStepper::deepest_overlap_message() const
 {
     const BodyOverlap* worst = nullptr;

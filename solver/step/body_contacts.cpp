@@ -42,7 +42,7 @@ constexpr double kReach = 0.2;    // of it: gaps that are examined, unless it is
 /// Of that, how far rigid bodies of triangles are searched in motion: what lies farther apart than
 /// the margin is left out anyway, and their triangles are many.
 constexpr double kReachInMotion = 0.25;
-/// Pairs from which on threads share them out: starting some takes as long as ten pairs.
+/// Least number of pairs for several threads: starting these takes as long as ten pairs.
 constexpr std::size_t kManyPairs = 500;
 
 /// @param first_id  added to the contacts' own
@@ -416,7 +416,7 @@ void ContactFinder::find_updated(const std::vector<BodyRef>& bodies, int pair, B
     add_start_gaps(pair, std::size_t(first), out);
 }
 
-/// What pairs that began inside each other leave of it in their gaps.
+/// Adds the overlap at the start that is left in the gaps of pairs.
 void ContactFinder::add_start_gaps(int pair, std::size_t first, BodyContacts& out) const
 {
     if (start_depth_.empty() || std::size_t(pair) >= given_) return;
@@ -503,7 +503,7 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     MortarOptions options;
     options.reach = reach_;
     options.nodal = p.nodal;
-    // Integrals see no jump of the normal at an edge of faces, a node that rests on one does.
+    // For integrals the normal does not jump at an edge of faces, for a node on the edge it does.
     options.smooth_normals = p.nodal;
     if (p.a == p.b) options.at_rest = a.mesh().nodes;
     add(mortar_contacts(p.surface_a->outside, x_a, p.surface_b->outside, x_b, options), pair, p.a,
@@ -635,7 +635,7 @@ std::vector<BodyContact> ContactFinder::rigid_on_rigid(const std::vector<BodyRef
     const RigidBody& b = *bodies[std::size_t(p.b)].rigid;
     std::vector<RigidContact> found;
     detect(a.shape(), pose_now(a), b.shape(), pose_now(b), reach, found);
-    // Far bodies are here only for their speed: those that will pass each other do not touch.
+    // Remote bodies are included only for their speed: those that pass by each other do not touch.
     const auto near = [&](const RigidContact& c) { return c.gap <= p.reach; };
     if (!found.empty() && std::none_of(found.begin(), found.end(), near) &&
         first_touch(a.shape(), pose_now(a), pose_after(a, step_), b.shape(), pose_now(b),

@@ -18,8 +18,8 @@
 #include <set>
 #include <span>
 
-// Where the bodies of a scene touch: the pairs that its laws name, and their contacts at the
-// iterate.
+// Contacts of the bodies of a scene: the pairs to which its contact laws apply, and their contacts
+// at the iterate.
 
 namespace amontons {
 
@@ -29,7 +29,7 @@ class RigidBody;
 class RodBody;
 class SolidBody;
 
-/// Where two bodies touch or may touch within the step.
+/// A contact, or a place where two bodies may touch within the step.
 struct BodyContact {
     /// Number of the pair.
     int pair = 0;
@@ -37,12 +37,13 @@ struct BodyContact {
     int a = 0, b = -1;             ///< bodies; b -1: an obstacle
     Mat3 frame = Mat3::Identity(); ///< columns n (from b into a), t1, t2
     double gap = 0;                ///< at the iterate [m]
-    double area = 0;               ///< that it stands for, 0 if unknown [m^2]
+    double area = 0;               ///< area that it represents, 0 if unknown [m^2]
     double friction = -1;          ///< coefficient [-]; < 0: that of its pair
     /// Derivative of the normal by the place on a, of surfaces that do not bend [1/m].
     Mat3 curvature = Mat3::Zero();
     bool slides_a = false, slides_b = false; ///< of rods: see CurveContact
-    /// It slid where the step starts: friction opposes the mean velocity, not that of the end.
+    /// True if it slid at the start of the step: friction then opposes the mean velocity of the
+    /// step, not the velocity at its end.
     bool sliding_at_start = false;
     /// Place [m].
     Vec3 point = Vec3::Zero();
@@ -83,7 +84,7 @@ struct BodyRef {
     RodBody* rod = nullptr;
 };
 
-/// No part of a body is thinner [m]. Of a solid: at rest.
+/// Least thickness of a body [m]; of a solid at rest.
 double thickness_of(const BodyRef& body);
 
 /// Outside of a solid, or a set of its faces, for pairs.
@@ -106,9 +107,9 @@ struct ContactPair {
     double friction = 0, restitution = 0;    ///< coefficients [-]; of segments: the largest
     std::vector<double> friction_of_segment; ///< of an instrument a; empty: one for all
     bool small = false; ///< contacts of the start are kept: they move with their bodies
-    bool nodal = false;
-    bool named = true; ///< not by "*"
-    double reach = 0;  ///< gaps and overlaps that are examined [m]
+    bool nodal = false; ///< contacts of meshes at nodes instead of mortar integrals
+    bool named = true;  ///< its law is between two names, not by "*"
+    double reach = 0;   ///< gaps and overlaps that are examined [m]
     /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
     /// farther apart may not be those of the touch, and stay for the step.
     double margin = 0;
@@ -119,7 +120,7 @@ struct ContactPair {
     const ContactSurface *surface_a = nullptr, *surface_b = nullptr; ///< of solids; outlive it
 };
 
-/// Coulomb's coefficient of a contact [-].
+/// Coulomb's coefficient of a contact: its own, else that of its pair [-].
 inline double friction_of(std::span<const ContactPair> pairs, const BodyContact& c)
 {
     return c.friction >= 0 ? c.friction : pairs[std::size_t(c.pair)].friction;
@@ -132,14 +133,15 @@ struct BodyOverlap {
     double depth = 0;                 ///< of the place in the other body [m], > 0
     /// The deepest place [m].
     Vec3 point = Vec3::Zero();
-    bool of_b = false;            ///< the place is on b
-    SurfacePlace own;             ///< its nodes; none on a rigid body
-    double allowed = 0, most = 0; ///< more is warned of, ends the step [m]
-    double rows_beyond = 0;       ///< more gets a row, also where `allowed` is more [m]
-    double tolerance = 0;         ///< what such a row leaves of it [m]
+    bool of_b = false; ///< the place is on b
+    SurfacePlace own;  ///< its nodes; none on a rigid body
+    /// Depths beyond which the overlap is warned of, and beyond which the step is refused [m].
+    double allowed = 0, most = 0;
+    double rows_beyond = 0; ///< depth beyond which a row is added for the place [m]
+    double tolerance = 0;   ///< overlap that such a row leaves [m]
 };
 
-/// A row at a place of a mesh, beside those of multipliers.
+/// A contact row at a place of a mesh, in addition to those of multipliers.
 struct PlaceRow {
     /// Identity of the row.
     std::int64_t id = 0;
@@ -150,8 +152,8 @@ struct PlaceRow {
     double tolerance = 0; ///< the overlap that it leaves [m]
 };
 
-/// The law of "*" and "*" for free rigid bodies. Of n of them there are n^2 pairs, and
-/// most never touch: a pair is made where its bodies come near.
+/// The law of "*" and "*" for free rigid bodies. n bodies have n (n - 1) / 2 pairs, most of which
+/// never touch: a pair is created when its bodies come near.
 struct DefaultLaw {
     /// Coefficients of friction and restitution.
     double friction = 0, restitution = 0;
@@ -160,37 +162,37 @@ struct DefaultLaw {
     std::set<std::pair<int, int>> others; ///< pairs with a law of their own, lower number first
 };
 
-/// How far contacts between meshes are searched for, of the thinner body: beyond lie far sides.
-/// Ratio.
+/// Largest search distance of contacts between meshes over the thickness of the thinner body:
+/// farther away lies the other side of that body (ratio).
 constexpr double kReachOfThickness = 0.4;
-/// In motion places get rows from here on for the step to come, of the depth beyond which they get
-/// rows: a step that is done again costs all of it. Ratio.
+/// In motion, rows for the next step are added from this share of BodyOverlap::rows_beyond on,
+/// since a step that has to be repeated costs twice (ratio).
 constexpr double kRowsAhead = 0.7;
-/// The number of a contact that stands for an area is that of the node which carries its
-/// multiplier, beside multiples of this.
+/// The id of a contact of a multiplier is the number of its node, plus a multiple of this.
 constexpr std::int64_t kNodeNumbers = std::int64_t(1) << 40;
-/// Beside the number of a contact: the same with a normal that it had in another iteration.
+/// Added to the id of a contact: the same contact with the normal of another iteration.
 constexpr std::int64_t kOtherNormal = std::int64_t(1) << 62;
-/// Numbers of contacts of such places begin here.
+/// Ids of the contacts of PlaceRows begin here.
 constexpr std::int64_t kFirstPlaceRow = std::int64_t(1) << 61;
 
-/// Search distance of a pair [m]. @param given  by its law, 0: chosen [m]; size of the smaller body
-/// [m]
+/// Sets pair.reach, the search distance of a pair [m].
+/// @param given  reach of its law [m]; 0: chosen from the size
+/// @param size   of the smaller body [m]
 void set_reach(ContactPair& pair, double given, double size);
 
-/// The same placement, as rigid shapes take it.
+/// The same placement as a Pose.
 Pose pose_of(const Placement& p);
 
-/// Points of a mesh that stands there.
+/// The points of a mesh in space, with the mesh placed at `at` [m].
 std::vector<Vec3> moved_points(const SurfaceMesh& mesh, const Placement& at);
 
-/// Around all that a body fills in a step so far.
+/// A box around all places that a body has occupied in the step so far.
 AxisBox swept_box(const RigidBody& body);
 
 /// A frame with the given normal: t1 the x axis projected, or y's where the normal is along x.
 Mat3 contact_frame(const Vec3& normal);
 
-/// Signed distance from a rigid body that stands there, with its derivatives.
+/// Signed distance from a rigid body placed at `at`, with its derivatives.
 /// @param body  outlives the result
 std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, const Placement& at);
 
@@ -201,37 +203,41 @@ public:
     ContactFinder(std::vector<ContactPair> pairs, std::vector<const Wall*> walls,
                   std::optional<DefaultLaw> rest = {});
 
-    /// Those given, and after them those of the rest that have come near so far.
+    /// The given pairs, followed by those of the default law whose bodies have come near so far.
     const std::vector<ContactPair>& pairs() const { return pairs_; }
-    /// True if a law names all other pairs.
+    /// True if there is a default law for all other pairs.
     bool has_rest() const { return rest_.has_value(); }
-    /// What is done with overlaps at the start of pairs without a law.
+    /// Treatment of overlaps at the start of pairs under the default law.
     StartOverlap default_start_overlap() const
     {
         return rest_ ? rest_->start_overlap : StartOverlap::refuse;
     }
-    /// Bodies of the pairs of the rest, two numbers each: numbers of pairs depend on their order.
+    /// Bodies of the pairs of the default law, two numbers each, in the order of the pairs'
+    /// numbers.
     std::vector<std::int64_t> known_pairs() const;
-    /// Makes pairs of the rest anew. @returns  false, and does nothing, if there are no such pairs
+    /// Creates the pairs that known_pairs() returned. @returns  false, and does nothing, if these
+    /// are no pairs of the default law
     bool restore_pairs(std::span<const std::int64_t> bodies_of_pairs,
                        const std::vector<BodyRef>& bodies);
-    /// True if rows never change: then a step of linear bodies is one contact problem.
+    /// True if all pairs are `small`: contact rows never change, and a step of linear bodies is one
+    /// contact problem.
     bool all_small() const;
 
-    /// Reports condensed solids in nothing but small pairs which nodes these name: no others will
-    /// ever touch. Of quasi-static scenes, before the offline stage.
+    /// Passes to condensed solids that are in small pairs only the nodes of their contacts, as no
+    /// other nodes can touch. Of quasi-static scenes, before the offline stage.
     void keep_to_contacts(const std::vector<BodyRef>& bodies);
 
-    /// Least search distance of the pairs of this body [m], before the first step: where distances
-    /// have a sign. Between faces of meshes the far side of a body is an overlap, and what is
-    /// examined must stay below its thickness.
+    /// Raises the search distance of the pairs of this body to at least `reach` [m], before the
+    /// first step. Only of pairs with a signed distance: between faces of two meshes the far side
+    /// of a body is an overlap, and the search distance has to stay below its thickness.
     void search_farther(const std::vector<BodyRef>& bodies, int body, double reach);
 
-    /// A new step, or try of one, of bodies that have begun it: what iterations of others have
-    /// found is forgotten.
+    /// Begins a step, or a new try of one, of bodies that have begun it: contacts found in
+    /// iterations of earlier steps are dropped.
     void begin_step(const std::vector<BodyRef>& bodies);
     /// Contacts at the iterate whose gap is within reach.
-    /// @param threads  share out what does not depend on each other: the same for any number
+    /// @param threads  pairs are distributed to so many threads; the result is the same for any
+    ///                 number
     void find(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out,
               int threads = 1);
 
@@ -239,24 +245,26 @@ public:
     /// iterate.
     void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
 
-    /// Overlaps at the iterate: measured on the surfaces, whatever contacts were found.
-    /// @param small_too  pairs that keep the geometry of the start, where that is the geometry
+    /// Overlaps at the iterate, measured on the surfaces, independently of the contacts found.
+    /// @param small_too  include pairs with small sliding (contacts of the start)
     void overlaps(const std::vector<BodyRef>& bodies, std::vector<BodyOverlap>& out,
                   bool small_too = false);
-    /// Pairs that overlaps() leaves out, a sentence each.
+    /// The pairs that overlaps() does not measure, a sentence each.
     std::vector<std::string> not_measured(const std::vector<BodyRef>& bodies) const;
-    /// Appends the rows of such places to contacts that a try of the same step has found.
+    /// Appends the contacts of the overlap rows to contacts that an earlier try of the same step
+    /// has found.
     void find_rows(const std::vector<BodyRef>& bodies, const StepInput& step, BodyContacts& out);
     /// Creates overlap rows at places of meshes that are deep in another body, from the next find()
     /// on.
     /// @return  true if some are new
     bool add_rows(std::span<const BodyOverlap> overlaps);
-    /// After a step in motion: rows for places that approach this depth.
+    /// After a step in motion: adds rows for places whose depth is above kRowsAhead of that limit.
     void add_rows_ahead(std::span<const BodyOverlap> overlaps);
-    /// Before a step: one at rest begins without such rows, so that its end does not depend on
-    /// those of steps before. Under friction and in motion it does anyway, and they stay.
+    /// Before a step: a step at rest begins without overlap rows, so that its end does not depend
+    /// on those of earlier steps. With friction and in motion it depends on the path in any case,
+    /// and the rows stay.
     void begin_rows(bool dynamic);
-    /// After a step: forgets others.
+    /// After a step: drops the overlap rows for which `acts` is false.
     void keep_rows(const std::function<bool(int pair, std::int64_t id)>& acts);
     /// Saves the overlap rows for a checkpoint.
     void save_rows(ByteWriter& out) const;
@@ -268,20 +276,22 @@ public:
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept [m]
     /// Thickness of the thinner body of a pair [m].
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
-    /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each
-    /// other or taken as they fit: how deep. Before the first step.
+    /// Sets the depths by which the bodies of pairs overlap at the start, where these are to be
+    /// separated or the overlap is to be kept as a fit. Before the first step.
+    /// @param depths  of each pair [m]; 0: none
     void set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,
                             std::span<const double> depths);
-    /// Some are to be pressed out.
+    /// True if the bodies of some pair are to be separated.
     bool has_start_overlaps() const
     {
         return std::ranges::any_of(start_depth_, [](double d) { return d > 0; });
     }
-    /// This share of the depths at the start is left in the gaps of those pairs.
+    /// Sets the share in [0, 1] of the depths at the start that the gaps of those pairs leave.
     void set_start_overlap_share(double share) { start_share_ = share; }
 
-    /// What is prescribed in [from, to] moves pairs that are near by this times what contacts are
-    /// searched for, or less. Of quasi-static steps.
+    /// Upper bound of the relative motion that holds and drives prescribe in [from, to], over the
+    /// search distance: the largest of all pairs that may come near within it; 0 where none moves
+    /// farther than its search distance (ratio). Of quasi-static steps; rods are left out.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
     /// Bodies that have passed through each other between the start of the step and the iterate,

@@ -9,7 +9,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
-// Why a step found no balance, from what its last iterations left: read once, by who is refused.
+// The reason why a step found no balance, from its last iterations, for the message of the refusal.
 
 namespace amontons {
 namespace {
@@ -21,7 +21,7 @@ constexpr double kLongElement = 100;     // longest edge / shortest
 constexpr int kMostRowsExplained = 900;  // of W: dense algebra on them, a fifth of a second
 constexpr double kNoStiffness = 1e-14, kUneven = 1e9; // of eigenvalues of W: least / largest, back
 
-/// What a mesh makes hard for any solver; "" if nothing does.
+/// Properties of a mesh that impair convergence; "" if there are none.
 std::string poor_elements(const SolidBody& solid)
 {
     const QualityReport q = report_of(measure_quality(solid.mesh()));
@@ -60,16 +60,16 @@ std::string BodyStepper::why_no_balance() const
         why += "; " + system_.refs[b].name + " is out of balance";
         if (SolidBody* solid = system_.refs[b].solid) why += solid->worst_imbalance(body_force_[b]);
     } else if (last.turned >= last.law) {
-        why += "; contact forces turn or pass to other places between iterations";
+        why += "; contact forces rotate or move to other places between iterations";
     } else {
-        why += "; gaps, slips and forces of contacts miss their law";
+        why += "; gaps, slips and forces of contacts violate the contact laws";
     }
 
     const std::size_t n = std::min(kLast, iteration_log_.size());
     const auto turns = std::count_if(iteration_log_.end() - std::ptrdiff_t(n), iteration_log_.end(),
                                      [](const IterationLog& c) { return c.changed > 0; });
     if (2 * std::size_t(turns) > n) {
-        why += fmt::format("; contacts open and close by turns, in {} of the last {} iterations",
+        why += fmt::format("; contacts open and close alternately, in {} of the last {} iterations",
                            turns, n);
         for (int c = 0; c < int(list_.contact.size()); ++c)
             if (std::ranges::binary_search(changed_, key(c))) {
@@ -82,10 +82,10 @@ std::string BodyStepper::why_no_balance() const
         const bool stabilised = b.solid->is_stabilised();
         if (b.solid->leaves_balance() || (stabilised && true_tangent_.empty()))
             why += "; " + b.name +
-                   " has no stable balance near: it buckles or snaps, which a "
-                   "dynamic step can follow";
+                   " has no stable balance nearby: it buckles or snaps, which "
+                   "a dynamic step can follow";
         else if (stabilised)
-            why += "; " + b.name + " stands by its contacts alone: without them it would buckle";
+            why += "; " + b.name + " is stable by its contacts alone: without them it would buckle";
         const double round_off = b.solid->round_off();
         if (round_off > kRoundOffMatters * report_.threshold)
             why += fmt::format("; round-off of its places leaves {} an error of {:.1g}", b.name,
@@ -104,11 +104,11 @@ std::string BodyStepper::why_no_forces() const
         problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
     const Eigen::VectorXd values = symmetric_eigenvalues(W);
     const double most = values.cwiseAbs().maxCoeff();
-    if (!(most > 0)) return "; nothing that its contacts touch yields";
+    if (!(most > 0)) return "; none of the bodies in contact is compliant";
     const auto rigid = (values.array() <= kNoStiffness * most).count();
     if (rigid > 0)
         return fmt::format("; {} of the {} motions of its contacts are left by round-off alone: "
-                           "contacts outnumber what bodies can do",
+                           "there are more contacts than degrees of freedom",
                            rigid, rows_.count);
     const double span = most / values[0];
     return span < kUneven ? ""

@@ -34,8 +34,8 @@ Mat3 turned_frame(const Mat3& frame, const Vec3& normal)
 }
 
 /// Steps that have joints, or rigid bodies that may touch on round surfaces: normals of flat ones
-/// turn by no more than the bodies do, and piles of them have problems enough. Implicit Euler's do
-/// not: they damp, and keep what they have.
+/// rotate only with the bodies, and piles of them converge slowly. Not in implicit Euler's steps,
+/// which are dissipative anyway.
 StepInput BodyStepper::followed(const BodySystem& system, StepInput step)
 {
     if (!step.dynamic || !(step.rule.end < 1)) return step;
@@ -98,13 +98,13 @@ void BodyStepper::expect_motion()
 }
 
 /// Where all rows hold and all contacts stick, their forces are those of linear equations: most
-/// iterations of steps that are followed ask for no more. What rows that repeat others (a closed
-/// chain of hinges) contradict is an error of the iterate: the next one has less.
+/// iterations of steps that are followed ask for no more. Dependent rows (a closed chain of hinges)
+/// that are inconsistent are an error of the iterate, which decreases with the iterations.
 /// @return  false if that is not so, or not known: nothing has changed
 bool BodyStepper::all_rows_hold()
 {
     constexpr int kMostRows = 100, kMostJoints = 400; // of a dense factor; where none may open
-    constexpr double kContradict = 1e-3;              // of what rows are to undo
+    constexpr double kContradict = 1e-3;              // of the values that rows have to close
     closed_ = {};
     const int contacts_here = int(list_.contact.size());
     const bool joints_only = rows_.chosen.empty() || rows_.chosen.front() >= contacts_here;
@@ -146,7 +146,7 @@ bool BodyStepper::close(const Eigen::VectorXd& u)
 }
 
 /// Iterations of rigid bodies on linear equations, with their factor as it is: what holds at the
-/// iterate, and forces where the iterate has them, for next to nothing.
+/// iterate, and forces where the iterate has them, at negligible cost.
 void BodyStepper::refine()
 {
     constexpr int kMost = 5;

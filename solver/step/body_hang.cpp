@@ -7,25 +7,26 @@
 #include <cmath>
 #include <map>
 
-// Rigid bodies that hang on joints and springs, at rest.
+// Rigid bodies suspended from joints and springs, at rest.
 //
-// The rows of a joint see nothing of a turn about it: what holds a pendulum is that the joint's
-// force F does not turn with its arm p, from the body's centre to the joint. By a turn t the moment
-// p x F changes by (t x p) x F, so that loads on the modes change by -S t with
+// A rotation about a joint is no motion along its rows: the stiffness of a pendulum is geometric,
+// since the joint's force F does not rotate with its arm p from the body's centre to the joint.
+// With a rotation t the moment p x F changes by (t x p) x F, so that loads on the modes change by
+// -S t with
 //
 //   S = (p . F) 1 - (p F^T + F p^T) / 2
 //
 // (its skew part is half the moment, which other forces balance). The second derivatives of a joint
 // on motions that its rows allow are this of both its bodies. A force f along the line between two
 // places, of length l, adds -f / l J^T (1 - e e^T) J: J of the motion of one place against the
-// other. Away from the balance S need not be positive; there |S| of each body, and what is out of
-// balance times the arm, lead downhill from any start.
+// other. Away from the balance S need not be positive; there |S| of each body plus the unbalanced
+// force times the arm reduces the energy from any start.
 
 namespace amontons {
 namespace {
 
 constexpr double kNearBalance = 0.1; // out of balance, of |F| |p|: S itself leads there
-constexpr double kSupport = 1e-6; // of |F| |p|: holds turns that no row sees and nothing loads
+constexpr double kSupport = 1e-6; // of |F| |p|: stiffness against rotations without rows and loads
 
 /// The motion of a place on a rigid body by its six unknowns; its last three columns are what a
 /// turn does by the arm p from the centre.
@@ -85,7 +86,7 @@ bool BodyStepper::only_hangs() const
     return true;
 }
 
-/// How the loads on the modes change with them at the iterate, by the forces that are known.
+/// Derivative of the loads on the modes by the modes at the iterate, with the known forces.
 void BodyStepper::find_hanging()
 {
     hanging_ = {};
@@ -93,8 +94,8 @@ void BodyStepper::find_hanging()
     if (rolls_) find_rolling();
 }
 
-/// S of all modes by the forces that are known, what leads downhill where S does not, and what
-/// supports turns that nothing loads. Before forces are known the loads stand for them.
+/// S of all modes by the last forces, its replacement where it is not positive, and the support of
+/// rotations without a load. Before the first forces the loads are used.
 void BodyStepper::find_hanging_on_joints()
 {
     std::vector<Eigen::Index> first(bodies(), -1);
@@ -208,8 +209,8 @@ Eigen::MatrixXd BodyStepper::unloaded_modes(std::size_t b,
     return unconstrained * e.vectors(Eigen::all, unloaded);
 }
 
-/// A balance of bodies that hang, as of one above its joint, which the least push would end: they are
-/// led aside along its lowest mode. K = S + B^T W^-1 B with the elastic W of what holds them.
+/// An unstable balance of bodies that hang, as of one above its joint, is left along its lowest
+/// mode. K = S + B^T W^-1 B with the elastic W of what holds them.
 /// @return  whether they were; never where they touch something, whose surfaces S leaves out
 bool BodyStepper::leave_upright()
 {
@@ -262,7 +263,7 @@ std::vector<Eigen::Index> BodyStepper::seen_modes() const
     return seen;
 }
 
-/// What the loads on a body's modes change by as all modes go.
+/// Change of the loads on a body's modes with the amplitudes of all modes.
 Eigen::VectorXd BodyStepper::change_by_hanging(std::size_t b) const
 {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(hanging_.used.cols());

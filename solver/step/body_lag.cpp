@@ -7,13 +7,13 @@
 
 // Where the geometry of contacts jumps. A quasi-static step searches for a balance with contacts as
 // they are at its end. Contacts between facets appear and disappear there, and their normals jump:
-// between two geometries to which the iteration leads by turns there need be no balance on either.
+// between two geometries that the iteration reaches alternately there need be no balance on either.
 // What there is then, in this order:
 //
 //   1 a contact that carried a force when it was lost for the second time in a step is kept until
 //   the
 //     step's end: the balance with the contacts of both geometries (Filippov's, of laws that jump);
-//   2 in a step that has been shortened in vain: the balance with contacts as the last iteration
+//   2 in a step that was shortened without success: the balance with contacts as the last iteration
 //   found
 //     them, moved along their normals. How far that is from the contacts at the end is measured,
 //     reported, and bounded: the lag.
@@ -39,7 +39,7 @@ bool same_contacts(const BodyContacts& a, const BodyContacts& b)
 } // namespace
 
 /// Keeps contacts of the last iteration that appear and disappear, and the other normal of those
-/// whose normal jumps to and fro, as they were found.
+/// whose normal alternates, as they were found.
 void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> moved_before)
 {
     if (stays_.empty() && same_contacts(list_, before)) return;

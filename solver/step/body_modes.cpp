@@ -16,8 +16,8 @@ namespace {
 
 constexpr int kMostModeSteps = 60;
 constexpr int kMostOfModes = 15000; // iterations of all contact problems of one balance of modes
-constexpr int kModesPatience = 400; // a shorter step is another way
-constexpr double kFinest = 1e-4;    // of the tolerance: where a finer answer costs next to nothing
+constexpr int kModesPatience = 400; // a shorter step may converge
+constexpr double kFinest = 1e-4;    // of the tolerance: where a finer solution costs little
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSameLoad = 1e-3;
 constexpr int kMostDrifts = 4;
@@ -77,8 +77,9 @@ bool BodyStepper::stressed(std::size_t b) const
     return solid && solid->mode_stiffness().size() > 0;
 }
 
-/// By how much the loads on a stressed body's modes change with them. Where contacts do not hold it
-/// against all of that, no more than they do, and the next iterations are left with the rest.
+/// Change of the loads on a stressed body's modes with their amplitudes. Where contacts do not
+/// stabilise the body against all of it, only as much as they do; the rest is left to the next
+/// iterations.
 Eigen::MatrixXd BodyStepper::mode_stiffness(std::size_t b) const
 {
     if (!stressed(b) || !(mode_scale_[b] > 0)) return {};
@@ -275,12 +276,11 @@ bool BodyStepper::solve_with_modes()
                  certificate_.error > options_.tolerance)) {
                 unsolved_ = certificate_.status != SolveStatus::infeasible;
                 report_.refusal =
-                    options_.outside
-                        ? fmt::format("the answer of contact_solver has an error of {:.1e}, "
-                                      "asked is {:.1e}",
-                                      certificate_.error, options.tolerance)
-                        : fmt::format("contact problem {} at an error of {:.1e}",
-                                      name(certificate_.status), certificate_.error);
+                    options_.outside ? fmt::format("the solution of contact_solver has an error of "
+                                                   "{:.1e}, the tolerance is {:.1e}",
+                                                   certificate_.error, options.tolerance)
+                                     : fmt::format("contact problem {} at an error of {:.1e}",
+                                                   name(certificate_.status), certificate_.error);
                 if (certificate_.status == SolveStatus::infeasible) {
                     report_.refusal = "no motion avoids penetration:";
                     for (const int c : certificate_.proof.contacts)
@@ -312,7 +312,7 @@ bool BodyStepper::solve_with_modes()
             }
             if (size == 0) continue;
             const double scale = mode_scale_[b] > 0 ? mode_scale_[b] : body(b).size() / size;
-            // A force that would not move the body by a rounding is none.
+            // A force that moves the body by less than round-off does not count.
             const double share =
                 scale * e.norm() > kSizeRounding * mode_way_[b] ? e.norm() / size : 0;
             if (share > worst) {
@@ -335,11 +335,12 @@ bool BodyStepper::solve_with_modes()
         if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
         // Balance is asked for where bodies have rolled to, not here.
         if (rolls_ && !hanging_.empty() && step + 1 == kMostRolling) return true;
-        // The forces on a small body may be none beside those that the error is relative to: on.
+        // The forces on a small body may be negligible beside those that the error is relative to:
+        // continue.
         constexpr double kLeast = 1e-30;
         if (worst > 0.5 * best) options.tolerance = std::max(0.1 * options.tolerance, kLeast);
         best = std::min(best, worst);
-        // A force that does not change as its modes go: nothing elastic holds them.
+        // A force that does not change with the modes: no elastic body constrains them.
         const bool same = load_before.size() == worst_motion.size() &&
                           (worst_motion - load_before).norm() <= kSameLoad * worst_motion.norm();
         drifts = same ? drifts + 1 : 0;
@@ -383,9 +384,10 @@ bool BodyStepper::may_feed_freely(std::size_t b) const
     return system_.refs[b].rigid && !modes_coupled_ && !feeds_freely_[b] && mode_scale_[b] > 0;
 }
 
-/// A rigid body that rolls before something elastic: what touches it yields by far less than it
-/// has to go, and friction bounds what turns it, so that multipliers of the elastic scale lead it
-/// on by nearly nothing each. Its modes take the scale of a body that touches nothing elastic.
+/// A rigid body that rolls in contact with an elastic body: the compliance of the contact is far
+/// smaller than the motion, and friction bounds the moment on it, so that multipliers of the
+/// elastic scale move it by nearly nothing each. Its modes take the scale of a body that touches
+/// nothing elastic.
 /// @return  whether there is such a body
 bool BodyStepper::feed_freely()
 {
@@ -396,10 +398,10 @@ bool BodyStepper::feed_freely()
     return true;
 }
 
-/// Multipliers that are scaled body by body do not converge where what a stiff body stands on is
-/// far softer than its own contacts: it has to go the way of the soft one, in steps of its own.
-/// Then the modes of all bodies take T = B^T B / give, row by row, in place of 1/s of each: what
-/// two bodies do together is scaled by what both stand on.
+/// Multipliers that are scaled body by body do not converge where a stiff body rests on a far
+/// softer one: it has to follow the soft one in steps of its own scale. Then the modes of all
+/// bodies take T = B^T B / compliance, summed over rows, in place of 1/s of each: the common motion
+/// of two bodies is scaled by the bodies that both rest on.
 /// @return  whether that is new in this step
 bool BodyStepper::couple_modes()
 {
@@ -426,7 +428,7 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
                                     const std::vector<Eigen::MatrixXd>& W,
                                     const std::vector<std::pair<int, double>>& soft)
 {
-    constexpr double kFree = 1e-10; // of 1/s: of what no contact holds
+    constexpr double kFree = 1e-10; // of 1/s: of modes that no contact constrains
     Eigen::Index modes = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         modes += B_[b].cols();
@@ -510,8 +512,8 @@ BodyStepper::coupled_gain(const std::vector<Eigen::VectorXd>& load) const
 }
 
 /// A rigid body through which far larger forces pass than its own load takes their scale: W r of
-/// all rows is then of one size, and light bodies below heavy ones do not drown the rest in
-/// round-off.
+/// all rows is then of one size, and light bodies below heavy ones do not cause round-off in the
+/// others.
 /// @return  whether a scale has changed, and the problem with it
 bool BodyStepper::rescale_modes()
 {

@@ -10,8 +10,8 @@
 #include <cmath>
 #include <limits>
 
-// Rows at places that stand deep in another body (body_overlap.cpp finds them): multipliers of a
-// coarse side see means only, and nothing of what enters its faces between them.
+// Rows at places deep in another body (found by body_overlap.cpp): multipliers of a coarse side
+// constrain means only, and do not resolve a body that enters its faces between them.
 
 namespace amontons {
 namespace {
@@ -53,7 +53,7 @@ bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
 void ContactFinder::add_rows_ahead(std::span<const BodyOverlap> overlaps)
 {
     rows_.resize(given_);
-    // As deep as they are: they go no deeper, and nothing pushes them out within a step.
+    // Their present overlap is allowed: they get no deeper, and are not separated within a step.
     for (const BodyOverlap& o : overlaps)
         if (o.own.count > 0 && o.tolerance > 0 && o.depth <= o.rows_beyond &&
             o.depth > kRowsAhead * o.rows_beyond)

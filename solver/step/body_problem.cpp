@@ -16,12 +16,12 @@ namespace {
 // the method of multipliers, whose error falls by about this factor each time. As many digits of
 // the elastic part are lost: where the tolerance asks for them it is less.
 constexpr double kModeWeight = 1e2, kFineModeWeight = 10, kFine = 1e-10;
-constexpr double kStressedModeWeight = 10; // over what contacts hold the modes with
-// Newton's method on a W at hand gains digits for next to nothing: what linear solids are solved
+constexpr double kStressedModeWeight = 10; // of the stiffness of contacts against the modes
+// Newton's method on a stored W gains digits at negligible cost: what linear solids are solved
 // beyond the tolerance by, so that uniform pressure comes out uniform.
 constexpr double kFiner = 1e-4;
 constexpr int kFinerIterations = 12;
-constexpr int kFinerRows = 1000; // of a dense W: a factor of more is no longer next to nothing
+constexpr int kFinerRows = 1000; // of a dense W: the cost of a larger factor is not negligible
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
@@ -72,7 +72,7 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
     return f;
 }
 
-/// Is what bodies are less than half of what W is? Where rows are few, W is read faster.
+/// Are the factors of the bodies less than half the size of W? With few rows W is faster.
 bool BodyStepper::uses_factored_delassus() const
 {
     if (rows_.count <= kManyRows || options_.outside) return false;
@@ -91,7 +91,7 @@ bool BodyStepper::uses_factored_delassus() const
     return of_bodies < 0.5 * of_W;
 }
 
-/// How firmly a solid stands below each contact of a rod, however many press on it.
+/// Stiffness of a solid below each contact of a rod, independent of the number of contacts.
 void BodyStepper::note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W)
 {
     if (step_.dynamic || !system_.refs[b].solid || body(b).modes().cols() > 0) return;
@@ -154,7 +154,8 @@ void BodyStepper::assemble()
 
     // ---- Scales of the modes
     bool modes = false;
-    // Elastic give of each row: a stiff body's modes are felt through what it stands on.
+    // Elastic give of each row: a stiff body's modes act on rows through the bodies that it rests
+    // on.
     Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
@@ -264,7 +265,7 @@ std::string BodyStepper::who(int c) const
 
 /// Contacts of elastic bodies are mostly decided by some steps of Newton's method, those of many
 /// bodies by extrapolated sweeps: a factor of their W takes longer than a thousand of them. Where
-/// that does not lead to the end, `auto` knows more ways.
+/// that does not converge, `auto` has further methods.
 ContactSolution BodyStepper::solve_contact(const SolverOptions& options, std::string& why) const
 {
     if (options_.outside) return options_.outside(problem_, options, r_, why);
@@ -289,8 +290,8 @@ ContactSolution BodyStepper::solve_contact(const SolverOptions& options, std::st
     return finer;
 }
 
-/// Rows that prescribed places all but fill have a compliance of rounding: their answer is a motion
-/// without bounds.
+/// Rows on nodes that are nearly all prescribed have a compliance of round-off: they would give
+/// unbounded motions.
 bool BodyStepper::exceeds_motion_bound()
 {
     if (step_.dynamic || rows_.count == 0) return false;
@@ -312,7 +313,7 @@ bool BodyStepper::exceeds_motion_bound()
     return false;
 }
 
-/// The contact problem at the iterate. Contacts that were left out and would penetrate come in.
+/// The contact problem at the iterate. Contacts that were left out and would penetrate are added.
 bool BodyStepper::solve()
 {
     const int n_contacts = int(list_.contact.size());
@@ -349,7 +350,7 @@ bool BodyStepper::solve()
 
     // ---- Contacts that act from the start
     std::vector<char> in(std::size_t(n), 0);
-    // Where modes are free any contact may be what stops them.
+    // Where modes are free any contact may constrain them.
     bool modes = false;
     for (const Eigen::VectorXd& g : mode_load_)
         modes |= g.size() > 0;
@@ -401,7 +402,8 @@ bool BodyStepper::solve()
             continue;
         }
         if (!solved) {
-            // Pins do not show where modes take a body: what was left out may hold it.
+            // With pins the motion of the modes is not known: a contact that was left out may
+            // constrain the body.
             if (!modes || int(rows_.chosen.size()) == n) {
                 if (tipping_.empty()) tipping_ = some_stressed; // it was stabilised from the start
                 return false;
@@ -475,7 +477,7 @@ void BodyStepper::take_answer(const Eigen::VectorXd& u)
                 c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
         motion_[key(c)] = moved;
     }
-    // What the answer is worth: on the motion that follows from it, not on the problem's own u.
+    // The error of the solution, on the motion that follows from it, not on the problem's own u.
     Eigen::VectorXd reached(rows_.count);
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
         const int rows = amontons::rows_of(problem_.kind[i]);
@@ -490,7 +492,7 @@ void BodyStepper::take_answer(const Eigen::VectorXd& u)
     certify_rows(reached);
 }
 
-/// The iterate moves by what was found.
+/// Updates the iterate by the solution.
 bool BodyStepper::finish_iteration()
 {
     if (exceeds_motion_bound()) return false;
@@ -500,7 +502,7 @@ bool BodyStepper::finish_iteration()
             body(b).set_unconstrained_modes(unconstrained_modes(b, kUnfelt));
         body(b).update(y_[b], mode_[b], body_force_[b]);
         if (body(b).accepted_step_length() < 1) {
-            motion_before_.resize(0); // what is extrapolated from has to be made in full
+            motion_before_.resize(0); // the motions used for extrapolation must be full ones
             changes_.resize(0, 0);
             made_.resize(0, 0);
         }

@@ -6,8 +6,8 @@
 #include <fmt/format.h>
 #include <limits>
 
-// Snaps of rods. Where balances end, the rods move on fast, and what they lose on the way is not a
-// matter of statics. Here they are followed in a medium so thick that inertia plays no part:
+// Snaps of rods. Where equilibria end, the rods move fast, and the energy that they lose is not
+// determined by statics. Here they are followed in a medium so viscous that inertia is negligible:
 // gradient flow with implicit steps, with contact and friction as in any step. The drag follows the
 // motion.
 
@@ -82,7 +82,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     };
 
     // ---- First push, out of an unstable equilibrium
-    BodyStepOptions quick = options; // Newton's method is quick against a drag, or leads nowhere
+    BodyStepOptions quick = options; // with a drag Newton's method converges quickly or not at all
     quick.most_iterations = kMostIterations;
     const Kept start = keep(system);
     StepInput input = step;
@@ -110,8 +110,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     // ---- Increments against the drag
     double drag = kStart * unit, last_way = 0, longest_way = 0;
     const double strongest = std::max(kStrongest * drag, kHeavy * load), weak = kWeak * drag;
-    // Against less drag than an unstable mode has stiffness implicit steps lead back to its
-    // balance: the motion at first grows by as much in each.
+    // With less drag than the (negative) stiffness of an unstable mode implicit steps return to its
+    // balance: so the motion at first grows by this factor in each.
     double least = leave ? kGrows / (kGrows - 1) * -leave->stiffness / shortest : 0;
     drag = std::max(drag, least);
     int next_try = kBetween, between = kBetween, refused = 0;
@@ -140,9 +140,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
                 still.energy = sum.energy;
                 still.energy.elastic = elastic;
                 still.energy.kinetic = kinetic;
-                still.remarks.push_back(
-                    fmt::format("snapped: followed against a drag in {} steps, which took {:.3g} J",
-                                k, sum.energy.dissipated));
+                still.remarks.push_back(fmt::format(
+                    "snapped: followed with a viscous drag in {} steps, which dissipated {:.3g} J",
+                    k, sum.energy.dissipated));
                 return still;
             }
         }
@@ -156,7 +156,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
         if (!r.accepted) {
             drag *= 8;
             if (drag > strongest || ++refused > kMostRefused) {
-                sum.refusal = r.refusal + " (followed against a drag)";
+                sum.refusal = r.refusal + " (followed with a viscous drag)";
                 break;
             }
             continue;
@@ -173,7 +173,8 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     set_viscous_drag(0);
     go_back(system, start);
     if (sum.refusal.empty())
-        sum.refusal = fmt::format("no balance found within {} steps against a drag", kMostSteps);
+        sum.refusal =
+            fmt::format("no balance found within {} steps with a viscous drag", kMostSteps);
     return sum;
 }
 

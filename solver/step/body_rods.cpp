@@ -6,13 +6,13 @@
 #include <algorithm>
 #include <cmath>
 
-// Quasi-static steps of rods alone: the contact problem without W (rod_problem), and what its
-// answer is worth.
+// Quasi-static steps of rods alone: the contact problem without W (rod_problem), and the error of
+// its solution.
 
 namespace amontons {
 namespace {
 
-constexpr double kNear = 1e-3; // an error from which Newton's method does not swing any more
+constexpr double kNear = 1e-3; // an error below which Newton's method does not alternate
 
 } // namespace
 
@@ -109,7 +109,8 @@ bool BodyStepper::solve_rods()
     }
     swung_ = swung_ || (medium && swings());
     if (swung_ && errors_.back() > kNear) {
-        // Contacts that stick and slip in turn: half of the motion, but for what is prescribed.
+        // For contacts that alternate between stick and slip: half of the motion, except for what
+        // is prescribed.
         for (std::size_t b = 0; b < bodies(); ++b)
             if (const RodBody* rod = system_.refs[b].rod) y_[b] = 0.5 * (y_[b] + rod->prescribed());
     }

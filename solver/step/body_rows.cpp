@@ -217,15 +217,15 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
         else if (contact.sliding_at_start)
             all[c].tail<2>() += contact.frame.rightCols<2>().transpose() * past / step.rule.end;
         all[c][0] = contact.gap / lever;
-        // An overlap that bodies begin with is undone over some steps: at once it would throw them
-        // apart.
+        // An overlap at the start is removed over several steps: at once it would separate the
+        // bodies at a high velocity.
         const double size = k.bodies[std::size_t(contact.a)].body->size();
         const double left =
             ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would touch within the step.
-            // Else they are left alone: the law of gaps would take a part of the blow before it.
+            // Else they have no row: the law of gaps would anticipate a part of the impact.
             const bool meet = left + 0.5 * step.h * approach <= 0;
             all[c][0] = meet ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
         }

@@ -7,21 +7,21 @@
 #include <array>
 #include <span>
 
-// Contacts and couplings as rows of one problem: where each stands, what it maps to on its bodies,
-// and its value at the iterate.
+// Contacts and couplings as rows of one problem: their position among the rows, their columns C on
+// the bodies' unknowns, and their values at the iterate.
 
 namespace amontons {
 
 /// Rows of some contacts, and what maps them to the bodies.
 struct Rows {
-    std::vector<int> chosen; ///< contacts of the list, then couplings
-    std::vector<int> first;  ///< row of each
-    int count = 0;
+    std::vector<int> chosen;            ///< numbers of contacts, ascending, then of couplings
+    std::vector<int> first;             ///< first row of each
+    int count = 0;                      ///< number of rows
     std::vector<SparseColumns> columns; ///< of each body, unknowns x its rows
-    std::vector<std::vector<int>> row;  ///< of each body: where its columns stand
+    std::vector<std::vector<int>> row;  ///< of each body: the row of each of its columns
 };
 
-/// All contacts and couplings of a step, and whose they are.
+/// All contacts and couplings of a step, with their bodies and pairs.
 struct Contacts {
     /// All bodies.
     const std::vector<BodyRef>& bodies;
@@ -33,19 +33,20 @@ struct Contacts {
     const std::vector<Coupling>& couplings;
 };
 
-/// A contact of a step that is followed to its end: where it was and where it comes to. Between the
-/// two, at BodyContact's own place and frame, its force acts.
+/// A contact of a step whose rows are evaluated at its end (docs/theory/motion.md): place and frame
+/// at the start and at the end. Its force acts at the place and in the frame of BodyContact,
+/// between the two.
 struct FollowedContact {
     Mat3 frame = Mat3::Identity(), end_frame = Mat3::Identity(); ///< at the start, at the end
     Vec3 point = Vec3::Zero(), end_point = Vec3::Zero();         ///< [m]
     double gap = 0;                                              ///< at the start [m]
-    double approach = 0;                                         ///< of the gap there [m/s]
+    double approach = 0; ///< rate at which the gap closes at the start [m/s]
 };
 
 /// A contact's frame, turned by the least angle to this normal.
 Mat3 turned_frame(const Mat3& frame, const Vec3& normal);
 
-/// 3 with friction, else 1.
+/// Number of rows of a contact: 3 with friction, else 1.
 int rows_of(std::span<const ContactPair> pairs, const BodyContact& c);
 
 /// Contact c or, after the contacts, coupling c - contacts: its place on one of its bodies.
@@ -59,7 +60,7 @@ struct Side {
 /// The two sides of a contact or a coupling's row.
 std::array<Side, 2> sides_of(const Contacts& k, int c);
 
-/// The rows of p.chosen, into the rest of p.
+/// Fills p with the rows of p.chosen.
 void make_rows(const Contacts& k, Rows& p);
 
 /// A contact or coupling and the force of its rows on its first side [N].
@@ -69,30 +70,33 @@ struct ActingForce {
     /// On body a, in space [N].
     Vec3 force;
 };
-/// These forces on the unknowns of each body: C r, without C.
+/// The generalised forces C r of these forces on the unknowns of each body, without forming C.
 std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
                                               std::span<const ActingForce> acting);
 
-/// Rows of some, of those that are there for every contact and coupling.
-/// @param p  its `chosen` is given, ascending
+/// Fills p with the rows of p.chosen (ascending), taken from the rows of all contacts and
+/// couplings.
 void choose_rows(const Rows& all, Rows& p);
 
-/// Value of every row at the iterate: gap and slip (quasi-static), or what the velocity at the end
-/// must not fall below and the velocity of slip (dynamic).
-/// @param followed  of every contact, in steps that follow them
-/// @param all  of every contact and coupling, three numbers each
+/// Value of every row at the iterate: gap and slip [m] (quasi-static), or the excess of the normal
+/// velocity at the end over its admissible least value, and the velocity of slip [m/s] (dynamic).
+/// @param followed  of every contact, in steps that evaluate rows at their end; else empty
+/// @param all       out: of every contact and coupling, three numbers each
 void row_values(const Contacts& k, const StepInput& step, std::span<const FollowedContact> followed,
                 std::vector<Vec3>& all);
 
 /// G with G^T G = C^T A^+ C of a body.
 Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C);
 
-/// W of all bodies by what they are. @param G  of each body, C^T A^-1 C = G^T G
+/// W of all bodies in the form DelassusOfBodies.
+/// @param G     of each body, C^T A^-1 C = G^T G
+/// @param soft  rows and the compliances that are added to their diagonal [m/N or 1/kg]
 Delassus delassus_of_bodies(const Rows& rows, std::vector<Eigen::MatrixXd> G,
                             const std::vector<std::pair<int, double>>& soft);
 
-/// W of all bodies, dense where most of it is.
-/// @param soft  rows and what is added to their diagonal
+/// W of all bodies as a matrix, dense where most of its entries are other than zero.
+/// @param W     of each body, between its rows
+/// @param soft  rows and the compliances that are added to their diagonal [m/N or 1/kg]
 Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
                        const std::vector<std::pair<int, double>>& soft);
 

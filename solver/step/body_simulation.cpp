@@ -19,7 +19,7 @@ namespace {
 constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;    // ... may be so much longer
 constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
-constexpr int kMostTold = 8;       // of warnings of a kind
+constexpr int kMostWarnings = 8;   // of warnings of a kind
 
 } // namespace
 
@@ -54,7 +54,7 @@ void BodySimulation::State::make_ready()
 }
 
 /// One step; either all bodies move or none.
-/// @param relaxed  by gradient flow, where no step leads on
+/// @param relaxed  by gradient flow, where no step converges
 /// @param share  of loads and gravity
 bool BodySimulation::State::advance(double h, bool relaxed, double share)
 {
@@ -101,8 +101,8 @@ void BodySimulation::State::add_energy()
     follow(energy);
 }
 
-/// A quasi-static step so short that what is prescribed moves no farther than contacts are looked
-/// for: of a longer one equal parts.
+/// The length of a quasi-static step in which prescribed motions do not exceed the search distance
+/// of contacts; a longer one is divided into equal parts.
 double BodySimulation::State::within_reach(double h) const
 {
     if (dynamic() || h <= 0) return h;
@@ -130,7 +130,7 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
     const EnergyScale scale = energy_scale();
     if (dynamic()) {
         if (!(energy_fault(energy, scale) > kEnergyRefused)) return EnergyVerdict::stands;
-        last.refusal = "the step makes energy: " + energy_warning(energy, scale);
+        last.refusal = "the step generates energy: " + energy_warning(energy, scale);
         return EnergyVerdict::refused;
     }
     const auto left_by_meshes = [&] { // forces times the gaps that meshes cannot resolve [J]
@@ -143,11 +143,11 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
     };
     const double whole = refinement.whole;
     const StepJudgement j = judge_step(refinement, {before.energy.error(), energy, scale, time, h},
-                                       jumps < kMostTold, left_by_meshes);
+                                       jumps < kMostWarnings, left_by_meshes);
     if (whole > 0 && refinement.level == 0) step_length = whole; // what comes next is another step
     if (!j.message.empty()) last.remarks.push_back(j.message);
     if (j.verdict == EnergyVerdict::refused) last.refusal = j.message;
-    if (j.verdict == EnergyVerdict::stands && j.jump && jumps++ < kMostTold)
+    if (j.verdict == EnergyVerdict::stands && j.jump && jumps++ < kMostWarnings)
         summary.warnings.push_back(fmt::format("step {}: {}", step + 1, j.message));
     return j.verdict;
 }
@@ -171,7 +171,7 @@ bool BodySimulation::State::find_first_balance()
         }
     }
     if (reached == 1) return true;
-    last.refusal = reached > 0 ? fmt::format("{}; of its loads {:.3g} were reached, then: {}",
+    last.refusal = reached > 0 ? fmt::format("{}; {:.3g} of its loads were reached, then: {}",
                                              refusal, reached, last.refusal)
                                : refusal;
     return false;
@@ -237,8 +237,8 @@ void BodySimulation::prepare()
     state_->make_ready();
 }
 
-/// What every accepted state is followed by.
-StepResult BodySimulation::State::tell(StepRecord r)
+/// Actions after every accepted state.
+StepResult BodySimulation::State::record_accepted(StepRecord r)
 {
     const Stopwatch watch;
     r.phases = summary.seconds;
@@ -259,8 +259,8 @@ StepResult BodySimulation::State::begin()
     if (!dynamic() && !find_first_balance()) return refused();
     if (dynamic() && system->finder.has_start_overlaps()) {
         if (!resolve_start()) return refused();
-        summary.warnings.push_back(fmt::format("bodies that began inside each other were pressed "
-                                               "out before the first step; elastic energy of it: "
+        summary.warnings.push_back(fmt::format("bodies that overlapped at the start were "
+                                               "separated before the first step; elastic energy: "
                                                "{:.6g} J",
                                                last.energy.elastic));
         energy.elastic = last.energy.elastic;
@@ -277,7 +277,7 @@ StepResult BodySimulation::State::begin()
     energy.kinetic_start = energy.kinetic;
     started = true;
     note_unstable();
-    return tell(record(0, 0));
+    return record_accepted(record(0, 0));
 }
 
 StepResult BodySimulation::State::step_path()
@@ -292,7 +292,7 @@ StepResult BodySimulation::State::step_path()
     note_unstable();
     StepRecord r = record(time - before, watch.seconds());
     add_step(summary, r);
-    return tell(std::move(r));
+    return record_accepted(std::move(r));
 }
 
 /// Drives, holds and loads: the bodies' own curves count. Along a path the time of a step is
@@ -372,7 +372,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     ++step;
     note_unstable();
     overlaps.add(*system, last, step, summary.warnings);
-    if (last.lag > 0 && lagging++ < kMostTold)
+    if (last.lag > 0 && lagging++ < kMostWarnings)
         summary.warnings.push_back(fmt::format(
             "step {}: contacts jump at its end; their forces are those of contacts as the last "
             "iteration found them, {:.1g} of them away from those at the end",
@@ -389,7 +389,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     StepRecord r = record(h, watch.seconds());
     add_step(summary, r);
     contacts_sum += double(r.contacts.size());
-    return tell(std::move(r));
+    return record_accepted(std::move(r));
 }
 
 StepResult BodySimulation::step(const std::atomic<bool>& stop, double not_beyond)
@@ -445,15 +445,14 @@ RunSummary BodySimulation::conclude(const StepResult& last)
     s.note_limits();
     RunSummary whole = sum; // a run that continues adds its own
     for (std::size_t b = 0; b < s.limits.size(); ++b)
-        if (std::string told = s.limits[b].warning(s.system->refs[b].name); !told.empty())
-            whole.warnings.push_back(std::move(told));
+        if (std::string warning = s.limits[b].warning(s.system->refs[b].name); !warning.empty())
+            whole.warnings.push_back(std::move(warning));
     if (s.unstable > 1)
-        whole.warnings.push_back(
-            fmt::format("{} steps ended in balances that do not stand", s.unstable));
+        whole.warnings.push_back(fmt::format("{} steps ended in unstable balances", s.unstable));
     for (std::string& sentence : s.overlaps.small_contacts(*s.system))
         whole.warnings.push_back(std::move(sentence));
-    if (std::string told = energy_warning(s.energy, s.energy_scale()); !told.empty())
-        whole.warnings.push_back(std::move(told));
+    if (std::string warning = energy_warning(s.energy, s.energy_scale()); !warning.empty())
+        whole.warnings.push_back(std::move(warning));
     return whole;
 }
 

@@ -125,7 +125,7 @@ struct BodySimulation::State {
     EnergyVerdict judge_energy(const BeforeStep& before, double h);
     double within_reach(double h) const;
     StepRecord record(double h, double seconds);
-    StepResult tell(StepRecord record);
+    StepResult record_accepted(StepRecord record);
     StepResult begin();
     StepResult step_path();
     std::optional<StepResult> step_on(double not_beyond);

@@ -28,7 +28,7 @@ constexpr double kHolds[] = {1,   4,    16,  64,
 
 } // namespace
 
-/// Rows in which the last forces state that u = 0. @param sticking  tangents too
+/// Rows in which u = 0 by the last forces. @param sticking  tangents too
 Eigen::VectorXd BodyStepper::closed_rows(bool sticking) const
 {
     Eigen::VectorXd closed = Eigen::VectorXd::Zero(rows_.count);
@@ -125,7 +125,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
     return false;
 }
 
-/// What was found with the stabilised matrix, with the true one.
+/// The solution of the stabilised matrix converted to that of the true one.
 Eigen::VectorXd BodyStepper::unstabilised(std::size_t b, const Eigen::VectorXd& y) const
 {
     SolidBody* solid = system_.refs[b].solid;

@@ -16,12 +16,12 @@
 namespace amontons {
 namespace {
 
-constexpr int kInMedium = 20;      // iterations: a shorter step is surer to lead on
+constexpr int kInMedium = 20;      // iterations; then a shorter step is more likely to converge
 constexpr int kDescent = 5;        // times the iterations, from an unstable balance
 constexpr int kPatienceFactor = 2; // times the iterations, for steps that are not Newton's
-// Iterations that do not halve the error, before bodies lean, and before they are tried upright
-// again; how often they change about in a step.
-constexpr int kUprightPatience = 3, kLeanPatience = 5, kMostTurns = 9;
+// Iterations that do not halve the error before bodies are stabilised, and before the true tangent
+// is tried again; how often this may alternate in a step.
+constexpr int kTrueTangentPatience = 3, kStabilisedPatience = 5, kMostTurns = 9;
 
 } // namespace
 
@@ -49,8 +49,8 @@ void BodyStepper::linearise()
     report_.free_motion += watch.seconds();
 }
 
-/// Reports rods what of the contact forces is known: of the step before, or the iteration.
-/// @param known_too  nothing is, if false
+/// Passes the contact forces of the step before, or of the last iteration, to the rods.
+/// @param known_too if false, no force is passed
 void BodyStepper::set_contact_forces(bool known_too)
 {
     if (step_.dynamic) return;
@@ -78,7 +78,7 @@ void BodyStepper::set_contact_forces(bool known_too)
         if (RodBody* rod = system_.refs[b].rod) rod->set_contact_forces(loads[b]);
 }
 
-/// Reports hyperelastic solids what is known of the contact forces on them from what stands still.
+/// Passes the last contact forces from bodies that do not move to the hyperelastic solids.
 void BodyStepper::pass_fixed_contact_forces()
 {
     const auto is_stabilised = [](const BodyRef& b) {
@@ -256,12 +256,12 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
     return d;
 }
 
-/// What of the motion y_, mode_ is made. On geometry that moves, iterations converge by a factor
-/// each: Anderson's rule extrapolates them from those before, but not where nonlinear solids make
-/// that factor small: Newton's method, which extrapolation would spoil. Where an iteration passes
-/// back on the one before and does not at least halve the error (an edge that is on a facet or off
-/// it: two states to swing between), a share of the motion by Aitken's rule. Source: Anderson 1965
-/// as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
+/// The share of the motion y_, mode_ that is made. On geometry that moves, iterations converge by a
+/// factor each: Anderson's rule extrapolates them from those before, but not where nonlinear solids
+/// make that factor small: Newton's method, which extrapolation would spoil. Where an iteration
+/// passes back on the one before and does not at least halve the error (an edge that is on a facet
+/// or off it: alternation between two states), a share of the motion by Aitken's rule. Source:
+/// Anderson 1965 as in Walker & Ni 2011, eq. 1.1; Küttler & Wall 2008, eq. 44.
 void BodyStepper::relax()
 {
     left_out_ = 0;
@@ -281,7 +281,7 @@ void BodyStepper::relax()
 
     // Nothing to extrapolate.
     const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs() || rolls_;
-    // What is left of the motion is the rounding of its solution, which extrapolation blows up.
+    // The rest of the motion is round-off of its solution, which extrapolation would amplify.
     const bool there = !errors_.empty() && errors_.back() <= report_.threshold;
     constexpr double kFast = 0.3;
     // Directions that nothing holds (a ball rolls) do not count: the motion may grow along them.
@@ -354,7 +354,7 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
     return made.norm() <= kLongest * motion.norm() ? made : motion;
 }
 
-/// Some body's iterate is none: the step is refused with its words.
+/// Refuses the step if the iterate of some body is invalid, with its reason.
 bool BodyStepper::faulty()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -456,15 +456,15 @@ bool BodyStepper::run()
             least = report_.error;
             halved = i;
         }
-        const int patience = stabilised_in_step_ ? kLeanPatience : kUprightPatience;
+        const int patience = stabilised_in_step_ ? kStabilisedPatience : kTrueTangentPatience;
         if ((stabilised_in_step_ || !true_tangent_.empty()) && i - halved >= patience &&
             turns < kMostTurns) {
             stabilised_in_step_ = !stabilised_in_step_; // stabilised bodies damp what jumps
             halved = i;
             ++turns;
         }
-        // From an unstable balance round-off grows by a share in each iteration: downhill all the
-        // same.
+        // Away from an unstable balance round-off grows by a factor in each iteration, while the
+        // energy decreases.
         if (std::ranges::any_of(system_.refs, [](const BodyRef& b) {
                 return b.solid && b.solid->leaves_balance();
             })) {
@@ -504,7 +504,7 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         if (b.rod && !step_.dynamic && force_.empty() && report_.refusal.empty() &&
             b.rod->slip_is_unbalanced())
-            report_.refusal = b.name + " came to a balance that is not stable";
+            report_.refusal = b.name + " reached a balance that is not stable";
     if (!report_.refusal.empty()) return false;
     if (options_.stop &&
         *options_.stop) { // solvers may have ended with less than they do otherwise
@@ -589,11 +589,11 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         report.refusal +=
             fmt::format("; the contacts of {} do not keep it from buckling", stepper.unheld());
     else if (const std::string tips = report.accepted ? "" : stepper.tipping(); !tips.empty())
-        report.refusal += fmt::format("; the contacts of {} do not hold it where its loads have "
-                                      "moved to: it tips over or buckles",
+        report.refusal += fmt::format("; the contacts of {} do not balance its loads at their "
+                                      "present places: it tips over or buckles",
                                       tips);
     if (report.accepted || !stepper.of_rods_only() || medium) return report;
-    // Rods that Newton's method leads astray: the way to a stable balance.
+    // Rods on which Newton's method diverges: with a shifted matrix, towards a stable balance.
     BodyStepReport again;
     BodyStepOptions patient = options;
     patient.most_iterations *= kPatienceFactor;

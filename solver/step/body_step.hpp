@@ -67,8 +67,8 @@ struct BodyStepOptions {
     /// Of the contact law and of balances (relative).
     double tolerance = 1e-8;
     ContactSolver solver = ContactSolver::automatic;
-    /// External solver of contact problems, given a warm start; empty: none. Without a solution it
-    /// returns the reason, as the end of a sentence that begins with its name.
+    /// External solver of contact problems, given a warm start; empty: none. Where it finds no
+    /// solution, `why` is the reason, as the end of a sentence that begins with its name.
     std::function<ContactSolution(const ContactProblem&, const SolverOptions&,
                                   const Eigen::VectorXd&, std::string& why)>
         outside;
@@ -77,13 +77,13 @@ struct BodyStepOptions {
     int patience = 30;        ///< iterations that do not halve the least error so far
     /// Of the least error so far: an iteration that leaves more ends the step.
     double most_rise = std::numeric_limits<double>::infinity();
-    /// Overlap rows: where the meshes leave less, only where the step would else be refused, or
-    /// nowhere.
+    /// Where overlap rows are added: at every place deeper than BodyOverlap::rows_beyond, only
+    /// where the step would else be refused, or nowhere.
     enum class AddRows { deep, refused, none } add_rows = AddRows::deep;
     /// Where contacts jump, an equilibrium with those of the last iteration is accepted: see
     /// body_lag.cpp.
     bool may_lag = false;
-    bool explain = true; ///< why a step is refused, which takes time
+    bool explain = true; ///< find the reason where a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;
 };
@@ -92,7 +92,7 @@ struct BodyStepOptions {
 struct BodyStepReport {
     /// True if the step is solved.
     bool accepted = false;
-    std::string refusal; ///< why not
+    std::string refusal; ///< the reason if not
     int iterations = 0, factorisations = 0;
     BodyContacts contacts;             ///< at the end of the step
     std::vector<Vec3> force;           ///< of each contact on body a, in space [N]
@@ -104,7 +104,8 @@ struct BodyStepReport {
     /// Error and threshold (relative), worst penetration [m], worst violation of a cone [N].
     double error = 0, threshold = 0, penetration = 0, cone = 0;
     int worst = -1;
-    /// How far contacts are from those at the end of the step, relative: 0 but where those jump.
+    /// Distance of the contacts used from those at the end of the step (relative): 0 except where
+    /// contacts jump from one iteration to the next.
     double lag = 0;
     std::vector<double> errors;       ///< of each iteration, where one is not enough
     std::vector<std::string> remarks; ///< e.g. unconstrained modes
@@ -118,15 +119,17 @@ struct BodyStepReport {
            correction = 0; ///< [s]
 };
 
-/// The contact problem of the last step of rods alone, which was solved without its W: W of the
-/// tangent at the end of the step, with contact forces' share of it. The bodies are as accepted.
+/// The contact problem of the last step of rods alone, which was solved without forming W: with W
+/// of the tangent at the end of the step, including the geometric stiffness of the contact forces.
+/// The bodies are in the accepted state.
+/// @param reaction  out: the reactions of the step, rows [N]
 ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
                             Eigen::VectorXd& reaction);
 
 /// "a and b overlap by 0.001 m at (0, 0, 0)".
 std::string describe(const BodyOverlap& overlap, const BodySystem& system);
 
-/// Tries a step; where it is not accepted, no state has changed.
+/// Tries a step; if it is not accepted, the state is unchanged.
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options);
 
@@ -134,8 +137,8 @@ struct UnstableBalance;
 
 /// Snap of rods, where equilibria end and no step converges: gradient flow against a drag to the
 /// next equilibrium, in many small steps of try_body_step. The work of the drag is counted as
-/// dissipated. Where it is not accepted, no state has changed.
-/// @param leave  an unstable equilibrium to begin from: along its lowest mode
+/// dissipated. If it is not accepted, the state is unchanged.
+/// @param leave  an unstable equilibrium that is left along its lowest mode; null: none
 BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
                           const UnstableBalance* leave = nullptr);
 

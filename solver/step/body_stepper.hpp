@@ -7,14 +7,14 @@
 
 // The inside of try_body_step, for the files that carry it out: body_step (the loop on the geometry
 // at the end), body_problem (the contact problem of an iterate, rigid modes among its unknowns),
-// body_certificate (what its answer is worth there) and body_rods (both, of rods alone).
+// body_certificate (the error of its solution there) and body_rods (both, of rods alone).
 
 namespace amontons {
 
-/// Of the friction at hand: a contact that takes less sticks.
+/// A contact sticks if its friction force is below this share of Coulomb's bound (ratio).
 constexpr double kStickShare = 1 - 1e-6;
 
-/// One try of a step: what it works on and what it knows so far.
+/// One try of a step, with its iterates.
 class BodyStepper {
 public:
     BodyStepper(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
@@ -31,16 +31,16 @@ public:
     bool run();
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
-    /// The step is to be tried again, with rows that this try has added.
+    /// True if the step has to be tried again, with rows that this try has added.
     bool again() const { return again_; }
-    /// Contacts where a dynamic step starts, without rows of places: the same for all tries of it.
+    /// Contacts at the start of a dynamic step, without overlap rows: the same for all tries of it.
     const BodyContacts& at_start() const { return at_start_; }
     /// Takes the contacts found at the start of the step.
     void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
-    /// A rod that its contacts do not keep stable in the last iteration, if there is one.
+    /// Name of a rod that its contacts do not stabilise in the last iteration; "" if there is none.
     const std::string& unheld() const { return unheld_; }
-    /// A solid that its contacts do not hold against what its stress turns it by. Where a contact
-    /// problem was left unsolved that is a guess, which its stability has to confirm.
+    /// Name of a solid whose contacts do not balance the moment of its stress; "" if there is none.
+    /// Where a contact problem was not solved, an analysis of stability has to confirm it.
     std::string tipping() { return unsolved_ && !tipping_.empty() ? toppling() : tipping_; }
 
 private:
@@ -203,16 +203,16 @@ private:
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()
     bool modes_apart_ = false;       ///< they cannot be, for this step
     Eigen::MatrixXd coupled_root_;   ///< U^T U = T of the modes of all bodies [N/m]
-    std::vector<double> mode_way_;   ///< of each body, the length that its balance is judged by [m]
+    std::vector<double> mode_way_;   ///< of each body, the length scale of its balance [m]
     std::vector<Eigen::VectorXd> mode_, y_;
     Rows all_, rows_;
     ContactProblem problem_;
     bool stabilised_only_ = false;    ///< that problem had no solution in this iteration
-    bool stabilised_in_step_ = false; ///< that problem's iterations came to nothing
+    bool stabilised_in_step_ = false; ///< that problem's iterations did not converge
     std::string unheld_;
     std::string tipping_; ///< a body whose stress takes more of its hold than contacts have
     std::vector<char> true_tangent_; ///< bodies whose true matrix is in W beside the stabilised one
-    Eigen::VectorXd held_;           ///< Gamma of body_lean.cpp, by rows [N/m]; empty: none leans
+    Eigen::VectorXd held_;           ///< Gamma of body_stabilisation.cpp, by rows [N/m]; or empty
     Eigen::VectorXd held_r_;         ///< r' there
     std::vector<char> released_;     ///< of each contact: 1 its tangents, 2 all of it
     Eigen::MatrixXd taken_;          ///< q of the problem with it: (1 - taken) q

@@ -6,12 +6,12 @@
 
 namespace amontons {
 
-/// In which branch of its walls the tip of a wire is, and was when it was deepest. Plain numbers:
-/// they enter checkpoints as they are.
+/// The branch of the vessel in which the tip of a wire is, and in which it was when it was deepest.
+/// Plain numbers, copied to checkpoints byte by byte.
 struct BranchLog {
     int deepest = -1, deepest_wall = -1; ///< branch and obstacle; -1: none
     int place = -1, place_wall = -1;     ///< now
-    double entered = 0;                  ///< depth there when it came in [m]
+    double entered = 0;                  ///< depth of the tip when it entered the branch [m]
 
     /// Of a ball or a box a wire is beyond it once its tip has been in it, until the tip comes back
     /// or into another branch.

@@ -5,9 +5,9 @@
 
 namespace amontons {
 
-/// The factor of a problem W r + u = 0 of rows that all hold, joints first of all. Rows may repeat
-/// others (a closed chain of hinges): their forces are then the smallest that do, each measured by
-/// the root of its row's compliance.
+/// The factor of a problem W r + u = 0 of bilateral rows, joints in particular. Rows may be
+/// linearly dependent (a closed chain of hinges): r is then the solution of least norm, each force
+/// weighted by the root of its row's compliance.
 struct ClosedRows {
     Eigen::VectorXd scale;       ///< 1 / sqrt(W_ii) of each row
     std::vector<int> kept, left; ///< rows that are independent, and those that repeat them
@@ -23,8 +23,9 @@ struct ClosedRows {
 /// @return   empty where W has a row without compliance
 ClosedRows close_rows(const Eigen::MatrixXd& W);
 
-/// -W^+ u, of what the kept rows need: u of the others is theirs where rows do not contradict each
-/// other.
+/// The reactions r = -W^+ u that close the kept rows; the dependent rows are then closed too, where
+/// u is consistent.
+/// @param u  values of all rows
 Eigen::VectorXd closing_forces(const ClosedRows& rows, const Eigen::VectorXd& u);
 
 } // namespace amontons

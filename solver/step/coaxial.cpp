@@ -9,8 +9,8 @@
 namespace amontons {
 namespace {
 
-// An iteration moves less than the one before: what is further off than so many of its moves
-// cannot be touched. Where it moves more after all, what it ran into is a contact of the next one.
+// An iteration moves less than the one before: contacts farther away than this many of its motions
+// cannot close. If it moves more, they are contacts of the next one.
 constexpr double kMovesAway = 4;
 
 /// Numbers the nodes of all that is out by their length past the introducer.
@@ -229,7 +229,7 @@ void take_trials_of_full_bore(const Candidate& c, NewtonWorkspace::Trial t, cons
 {
     const Vec3 n = t.normal * c.n + u.normal * across.n;
     const double size = n.norm();
-    // Friction of a reaction that has turned about was taken the wrong way round.
+    // Friction of a reaction that has reversed had the wrong sign.
     if (t.normal < 0 && t.status == 2) t.t1 = -t.t1, t.t2 = -t.t2;
     t.normal = size;
     const Vec3 push = c.normal * c.n + factor * (n - c.normal * c.n);
@@ -238,7 +238,7 @@ void take_trials_of_full_bore(const Candidate& c, NewtonWorkspace::Trial t, cons
     r.touch.n = r.normal > 0 ? Vec3(push / r.normal) : c.n;
 }
 
-/// Shares the common increment out to the wires.
+/// Distributes the common increment to the wires.
 void gather(const Coaxial& c, const std::vector<Node6>& common, std::size_t w,
             std::vector<Node6>& own)
 {

@@ -63,11 +63,11 @@ struct Coaxial {
     double shift = 0;
 };
 
-/// Stores what slip counts from.
+/// Stores the reference from which slip in the bores is measured.
 CoaxialStart mark_coaxial_start(const Coaxial& c);
 
-/// Reactions in the bores run along with the outer instruments; those of points that are now in a
-/// bore are forgotten.
+/// Moves reactions in the bores along with the outer instruments; those on walls of points that are
+/// now in a bore are dropped.
 /// @param shift  of the wires' bases [m]
 void shift_coaxial_reactions(Coaxial& c, const std::vector<double>& shift);
 

@@ -4,8 +4,8 @@
 #include <unordered_map>
 #include <unordered_set>
 
-// Contact laws with "*" written out: of thousands of bodies there are millions of pairs, and what
-// is done for each of them must not depend on their number.
+// Contact laws with "*" written out: of thousands of bodies there are millions of pairs, and the
+// work for each of them must not depend on their number.
 
 namespace amontons {
 namespace {
@@ -70,7 +70,7 @@ std::vector<ContactLaw> written_out(const Scene& scene, const ContactLaw** rest)
         }
         if (rest && !*rest) *rest = &law;
         const auto left_out = [&](std::size_t i) { return rest && body[i].free_rigid; };
-        std::vector<std::size_t> others; // that what is left out meets here
+        std::vector<std::size_t> others; // other bodies of the pairs left out here
         for (std::size_t i = 0; i < n; ++i)
             if (!left_out(i)) others.push_back(i);
         for (std::size_t i = 0; i < n; ++i)

@@ -25,7 +25,7 @@ inline void add_row(std::vector<Node6>& x, const Candidate& c, const ContactRow&
     x[e + 1].column += row.b.column;
 }
 
-/// h x [m].
+/// The product h x of a contact's row and nodal displacements [m].
 inline double along(const std::vector<Node6>& x, const Candidate& c, const ContactRow& row)
 {
     const auto e = static_cast<std::size_t>(c.place.element);

@@ -10,7 +10,7 @@ namespace amontons {
 struct BodyStepReport;
 struct BodySystem;
 
-/// How large the contact of a pair is against the faces that carry it.
+/// Size of the contact area of a pair, to be compared with the faces that resolve it.
 struct ContactSize {
     /// Number of the pair.
     int pair = 0;
@@ -22,7 +22,8 @@ struct ContactSize {
     Vec3 point = Vec3::Zero();
 };
 
-/// Of the pairs of solids with anything but rods whose contacts act in an accepted step.
+/// The sizes, in an accepted step, of the pairs of solids (with any body but a rod) that are in
+/// contact.
 /// @param known  by pair: only contacts with a larger force are examined
 /// Cost: one sum over the stencils of the contacts.
 /// Source: Hertz 1881 (half-width sqrt(R d) of a ball that approaches by d).

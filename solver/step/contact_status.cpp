@@ -58,7 +58,7 @@ void change(const Candidate& c, Trial& t, Change::Kind kind)
         break;
     case Change::close:
         t.status = 1;
-        // A point that comes in sliding continues sliding.
+        // A point that closes while sliding continues to slide.
         if (c.mu > 0 && std::hypot(t.v1, t.v2) > 0) set_slip(c, t, -t.v1, -t.v2, 0);
         break;
     case Change::stick:

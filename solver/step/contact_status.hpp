@@ -4,8 +4,8 @@
 
 #include <algorithm>
 
-// One contact's share of pivoting: what its status means, whether a trial's outcome fits it, and
-// what it becomes if not.
+// Pivoting of one contact: the rows of its status, whether the result of a trial is consistent with
+// it, and the next status if not.
 
 namespace amontons {
 
@@ -39,8 +39,8 @@ struct Change {
     double size = 0;
 };
 
-/// What is wrong with a contact's status after a trial.
-/// @param force, length  errors below these are none [N], [m]
+/// The change of status that the result of a trial requires; none if they are consistent.
+/// @param force, length  violations below these do not count [N], [m]
 Change violation(const Candidate& c, const Trial& t, double force, double length);
 
 /// Applies a change to the state of a contact.

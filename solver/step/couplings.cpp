@@ -20,7 +20,7 @@ PatchPose pose_at_anchor(const std::vector<BodyRef>& bodies, const CoupledPlace&
     return patch_pose(*anchor.patch, bodies[std::size_t(anchor.body)].solid->places());
 }
 
-/// How what an anchor is fixed to has turned and where it is.
+/// Rotation and place of the body that an anchor is fixed to.
 /// @param pose  of its patch, if it has one
 JointFrames::Frame frame_of(const std::vector<BodyRef>& bodies, const CoupledPlace& anchor,
                             const PatchPose* pose)
@@ -405,9 +405,9 @@ std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
             found.push_back(
                 {scene.file, fmt::format("/couplings/{}", k),
                  fmt::format("bodies that start {:.3g} m/s apart where they are joined: "
-                             "this rule lets them swing",
+                             "with this rule they oscillate",
                              worst[k]),
-                 "alike velocities, or a rule that damps (theta 1)"});
+                 "equal velocities, or a dissipative rule (theta 1)"});
     return found;
 }
 

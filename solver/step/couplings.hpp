@@ -7,8 +7,8 @@
 
 namespace amontons {
 
-/// A place that a coupling holds on to: fixed to a rigid body, to a patch of a solid, to a
-/// cross-section of a rod, or to the world.
+/// An anchor of a coupling: fixed to a rigid body, to a patch of a solid, to a cross-section of a
+/// rod, or to the world.
 struct CoupledPlace {
     int body = -1;             ///< -1: the world
     Vec3 local = Vec3::Zero(); ///< rigid: in its shape's frame; world: in space; from the patch, or
@@ -44,10 +44,10 @@ struct Coupling {
     int input = 0;                                            ///< of the scene's couplings
 };
 
-/// What a row carries from step to step.
+/// State of a row, stored from step to step.
 struct CouplingMemory {
-    double value = 0;    ///< at the state [m]; of turns: all that it has turned [rad]
-    double filtered = 0; ///< of the generalised-alpha rule
+    double value = 0;    ///< at the state [m]; of turns: the accumulated angle [rad]
+    double filtered = 0; ///< filtered value of the generalised-alpha rule [m or rad]
 };
 
 /// The row's direction at the iterate, unit (of square rows: of the length of the arm), and its
@@ -64,7 +64,7 @@ struct CouplingRow {
     std::vector<PatchPose> poses;                      ///< of patches: a's first, b's last
     Vec3 arm_a = Vec3::Zero(), arm_b = Vec3::Zero();   ///< of the points, from patches' centres [m]
 
-    /// As the bodies know it; the row stays where it is meanwhile.
+    /// The end on body a, as a place. It refers to the row, which must not move meanwhile.
     BodyPlace place_a(const Coupling& c) const
     {
         return {c.a.stencil(), point_a,      turns, c.a.patch ? &poses.front() : nullptr,
@@ -77,7 +77,7 @@ struct CouplingRow {
                 arm_b,         c.b.node >= 0};
     }
 };
-/// Where what a joint holds on to is at the iterate: the same for all of its rows.
+/// Frames of a joint's anchors at the iterate: the same for all of its rows.
 struct JointFrames {
     int input = -1; ///< of the scene's couplings
     struct Frame {
@@ -95,15 +95,15 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& cou
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
                          double known = 0);
 
-/// Where the forces of a step act that leads from one row to another: the direction and places
-/// whose product with the motion of the bodies is the change of the row's value, exactly (but of
-/// turns, whose is of second order). Its value is that of the end.
+/// The row by which forces act in a step, a discrete gradient between its start and its end:
+/// direction and places whose product with the motion of the bodies is exactly the change of the
+/// row's value (of turns to second order). Its value is that of the end.
 CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, CouplingRow end);
 
-/// How a spring with damping answers in a step of h with this rule, its force the mean
-///   F = -(k (end e' + past) + c (e' - e) / h),  e and e' its values before and after:
-/// `value` + `give` h F = 0, value = e' + what is known. Without damping in implicit Euler: e'
-/// alone.
+/// A spring with damping as a row of a step of length h with this rule. Its force is the mean
+///   F = -(k (end e' + past) + c (e' - e) / h),  e and e' its values before and after the step:
+/// `value` + `compliance` h F = 0, with value = e' + known terms. Without damping and in implicit
+/// Euler value = e'.
 struct SpringRow {
     double value = 0;      ///< [m]
     double compliance = 0; ///< of impulses [m/(N s)]
@@ -112,23 +112,24 @@ struct SpringRow {
 SpringRow spring_row(const Coupling& spring, const TimeRule& rule, double h,
                      const CouplingMemory& before, double value);
 
-/// What the springs hold, by the values of their rows [J].
+/// Elastic energy of the springs, from the stored values of their rows [J].
 double spring_energy(const std::vector<Coupling>& couplings,
                      const std::vector<CouplingMemory>& memory);
 
-/// Of the rows as the bodies stand, nothing filtered yet.
+/// The state of the rows at the bodies' present places, at the beginning of a run.
 std::vector<CouplingMemory> begin_memory(const std::vector<BodyRef>& bodies,
                                          const std::vector<Coupling>& couplings);
 
-/// The rows of the scene's couplings, as the bodies stand. Their nodes are noted as ones that may
-/// touch.
-/// @param patches  gets those that they point to
-/// @throws InputError  patches that there are not, or that are far from where the joint is
+/// The rows of the scene's couplings, at the bodies' present places. Their nodes are added to those
+/// that may be in contact.
+/// @param patches  gets the patches that the rows refer to
+/// @throws InputError  if a patch does not exist, or is far from its joint
 std::vector<Coupling> make_couplings(const Scene& scene, const std::vector<BodyRef>& bodies,
                                      std::vector<std::unique_ptr<Patch>>& patches);
 
-/// Couplings whose bodies start at velocities that they do not allow. A rule that damps takes what
-/// is too much in the first step, as a plastic blow does; others let it swing.
+/// One Issue for each coupling whose bodies start at velocities that it does not allow. A
+/// dissipative rule removes the excess in the first step, like a plastic impact; with others it
+/// oscillates.
 std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
                          const std::vector<Coupling>& couplings);
 

@@ -27,7 +27,7 @@ double energy_fault(const EnergyRecord& e, const EnergyScale& scale)
 std::string energy_warning(const EnergyRecord& e, const EnergyScale& scale)
 {
     const double fault = energy_fault(e, scale);
-    if (!(fault > kEnergyTold)) return "";
+    if (!(fault > kEnergyReported)) return "";
     if (-e.released >= (scale.dynamic ? -e.error() : std::abs(e.error())))
         return fmt::format(
             "the energy has grown by {:.3g} J without a cause, {:.2g} of what the run "
@@ -37,7 +37,7 @@ std::string energy_warning(const EnergyRecord& e, const EnergyScale& scale)
         "{:.3g} J of energy {}, {:.2g} of what the run turned over: its steps, or jumps "
         "within them, miss as much of the work; shorter steps, or finer meshes where "
         "bodies slide, miss less",
-        std::abs(e.error()), e.error() > 0 ? "were lost" : "came from nowhere", fault);
+        std::abs(e.error()), e.error() > 0 ? "were lost" : "were generated", fault);
 }
 
 StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_refine,
@@ -66,8 +66,8 @@ StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_ref
     std::string message =
         fmt::format("{:.3g} J of energy {} in the step, and in shorter ones {:.3g} J: {:.2g} of "
                     "what the run has "
-                    "turned over. Its ends are balances between which there is no way",
-                    std::abs(first), first > 0 ? "are lost" : "come from nowhere", std::abs(whole),
+                    "turned over. Its ends are balances that no continuous path joins",
+                    std::abs(first), first > 0 ? "are lost" : "are gained", std::abs(whole),
                     std::abs(whole) / step.energy.scale());
     if (whole > 0 || -whole <= left_by_meshes())
         return {EnergyVerdict::stands, std::move(message), true};

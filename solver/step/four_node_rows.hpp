@@ -12,7 +12,8 @@ struct FourNodeRow {
     Node6 node[4];
 };
 
-/// What pivoting::solve asks of such rows. Contact has `nodes`, 2 or 4, and their `slot`.
+/// The operations on rows that pivoting::solve needs. Contact has `nodes`, 2 or 4, and their
+/// `slot`.
 template <class Contact> struct FourNodeRows {
     /// Rows of this kind.
     using Row = FourNodeRow;

@@ -4,8 +4,9 @@
 
 namespace amontons {
 
-/// What is reported of an instrument that is solved as a rod fed from a sheath, by the names that
-/// wires have: NAME_depth, NAME_normal_force_sum, ... Its contacts get their clustered forces.
+/// Adds the quantities of an instrument that is solved as a rod fed from a sheath, under the names
+/// of those of wires: NAME_depth, NAME_normal_force_sum, ... Its contacts get their clustered
+/// forces.
 /// @param beam     its record in `out`
 /// @param body     its number in the contacts
 /// @param depth    length that is out of the sheath [m]
@@ -13,12 +14,12 @@ namespace amontons {
 void record_instrument(const BeamRecord& beam, int body, double depth, double cluster,
                        StepRecord& out);
 
-/// What a run reports of such an instrument at its end. Plain numbers: they enter checkpoints as
-/// they are.
+/// Quantities of such an instrument at the end of a run. Plain numbers, copied to checkpoints byte
+/// by byte.
 struct InstrumentLog {
     /// Part of the vessel in which the tip is.
     BranchLog branch;
-    /// That its tip has passed, and of which obstacle; -1: none.
+    /// The opening that its tip has passed, and its obstacle; -1: none.
     int opening = -1, opening_wall = -1;
     double tip[3] = {0, 0, 0}, depth = -1; ///< when it was noted last; depth < 0: never [m]
     /// Largest values of the run [m], [N], [N m], [N].

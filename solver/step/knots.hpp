@@ -9,14 +9,15 @@ namespace amontons {
 /// The first knot after a time, at most `end` [s].
 double next_knot(const std::vector<const CurvePoints*>& curves, double time, double end);
 
-/// A step from `time`, of a length that is cut or drawn out a little to end where a caller asks.
+/// Length of a step that is shortened, or lengthened a little, to end at a required time.
 struct CutStep {
     double h = 0; ///< [s]
     bool cut = false;
 };
-/// @param h       without the caller [s]
-/// @param asked   where it is to end at the latest [s]; times that agree to 1e-12 are one
-/// @param sliver  so much longer a step may become [s]
+/// The step from `time` that ends at `asked` at the latest.
+/// @param h       its length otherwise [s]
+/// @param asked   latest end [s]; times that agree to 1e-12 count as equal
+/// @param sliver  a step may become longer by this, so that no such short step follows [s]
 CutStep cut_step(double time, double h, double asked, double sliver);
 
 } // namespace amontons

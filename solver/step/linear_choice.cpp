@@ -53,7 +53,8 @@ double away_from(const AxisBox& box, const Vec3& x)
 }
 
 /// How many nodes of a solid's side of a pair may touch at once: those that are about as near to
-/// the other side as the nearest one, where the run begins. What slides or rolls meets as many.
+/// the other side as the nearest one, where the run begins. A body that slides or rolls has as many
+/// later.
 double touching_nodes(const Scene& scene, std::span<const SolidInput> solids,
                       const std::vector<VolumeMesh>& meshes, const std::vector<Obstacle>& obstacles,
                       std::size_t i, const ContactSurface& surface, const std::string& other)
@@ -174,7 +175,7 @@ LinearPlan choose_linear(const Scene& scene, std::span<const SolidInput> solids,
         else if (input.motion != "linear" || is_hyperelastic(input))
             s.only_direct = input.name + " is not linear: its matrix changes in every iteration";
         else if (!input.supports.empty())
-            s.only_direct = input.name + " has supports: only factors know of them";
+            s.only_direct = input.name + " has supports, which only factors include";
         else if (scene.time.kind != "dynamic" && !is_apparently_held(input))
             s.only_direct = input.name + " is held by its contacts alone";
         sizes.push_back(std::move(s));

@@ -10,7 +10,7 @@ namespace amontons {
 
 struct ContactSurface;
 
-/// What the ways to solve the linear systems of a scene cost, and which is taken
+/// Predicted cost of each method for the linear systems of a scene, and the method chosen
 /// (docs/theory/large.md).
 /// @param solids    of the scene, as they are built; their meshes
 /// @param laws      written out, with the surfaces of either side, null where there is none

@@ -6,11 +6,12 @@
 
 namespace amontons {
 
-/// Curves of a scene that a caller takes over: each becomes the line from where it is to the value
-/// that the next step is to end with.
+/// Curves of a scene that a caller prescribes step by step: each becomes the line from its present
+/// value to the value at the end of the next step.
 class LiveInputs {
 public:
-    /// @param curve  outlives this; changed once it is taken over
+    /// Adds an input.
+    /// @param curve    outlives this; replaced by a line once a value is set
     /// @param missing  its value while it has no points
     void add(InputInfo info, CurvePoints& curve, double missing = 0);
 
@@ -21,15 +22,15 @@ public:
     /// Sets a value from a time on.
     void set(std::size_t number, double value, double time);
 
-    /// Before the length of a step is known: what is led by hand has no knots.
+    /// Before the length of a step is known: removes the knots of prescribed inputs.
     void begin(double time);
-    /// When it is known.
+    /// When it is known: makes the lines from `time` to `time` + h [s].
     void lead(double time, double h);
-    /// The step was accepted, or is done again in parts: the lines stay.
+    /// To be called when the step was accepted, or is repeated in parts: the lines stay.
     void accept();
-    /// Which wait for a step; and again, after one that was not taken.
+    /// Of each input: has it a value that waits for the next step?
     std::vector<char> waiting() const;
-    /// After a step that was not taken: restores which inputs wait for one.
+    /// After a step that was not accepted: restores waiting().
     void wait_again(const std::vector<char>& waiting);
 
     /// @param layout  the inputs that read() will be asked of: its own, or those of the same

@@ -45,9 +45,9 @@ double smallest_eigenvalue(std::vector<Node6>& x, const Weigh& weigh, const Solv
     return value;
 }
 
-/// The size of the most negative eigenvalue of K x = lambda M x, from a factor of K that has one:
-/// what shift of K by M it takes. Never too small where there is only one, for it is a Ritz value
-/// of K^-1 M, whose spectrum it ends; 0 if these few steps found none.
+/// Magnitude of the most negative eigenvalue of K x = lambda M x, from a factor of K: the shift of
+/// K by M that makes it definite. Never too small if there is one negative eigenvalue, since it
+/// comes from an extreme Ritz value of K^-1 M; 0 if these few Lanczos steps found none.
 /// @param start  any vector
 /// @param weigh  x <- M x, diagonal, >= 0
 /// @param solve  x <- K^-1 x

@@ -9,20 +9,21 @@
 
 namespace amontons {
 
-/// A x = b for a sparse A of 6x6 blocks, in one of two formats that its pattern decides. What
-/// pivoting::solve asks of a matrix.
+/// A x = b for a sparse A of 6x6 blocks, in one of two formats, chosen by its pattern. It has the
+/// operations that pivoting::solve needs.
 ///
-/// A chain, whose nodes are coupled with the next one alone (rods that touch none of their kind):
-/// the elimination of ChainBand, again from a node on where what is before it has not changed, and
-/// its pivots' signs. Any other, as of rods that touch anywhere: Cholesky's method where A is
-/// symmetric and positive definite, else elimination without exchange of blocks; always whole.
+/// A chain, whose nodes are coupled with their neighbours only (rods that touch no other rod):
+/// block elimination (ChainBand), repeated only from the first changed node on, with the signs of
+/// its pivots. Any other pattern (rods in contact with one another): Cholesky's method where A is
+/// symmetric and positive definite, else elimination without exchange of blocks, always of the
+/// whole matrix.
 class NodeMatrix {
 public:
     /// @param coupled  pairs of nodes, in any order, also more than once; the blocks of both orders
     ///                 are there, and those of each node with itself. All are zero.
     void set_pattern(int nodes, std::vector<std::array<int, 2>> coupled);
 
-    bool guarded = true; ///< else factor() takes every matrix for definite
+    bool guarded = true; ///< false: factor() treats every matrix as definite
     /// Number of nodes.
     int size() const { return int(start_.size()) - 1; }
     /// Only neighbours are coupled: nodes before one that has not changed need no new factors.
@@ -32,7 +33,7 @@ public:
     const Block6& block(int row, int col) const { return block_[at(row, col)]; }
     /// A += s f h^T in one block.
     void add(int row, int col, const Column6& f, const Node6& h, double s);
-    /// States that what is added is not symmetric.
+    /// States that blocks are added that are not symmetric.
     void set_unsymmetric() { symmetric_ = false; }
 
     /// (A + A^T) / 2.
@@ -40,20 +41,21 @@ public:
 
     /// Sets all blocks to zero.
     void set_zero();
-    /// The values of a matrix of the same pattern; of a chain those of nodes before `from`, and
-    /// what couples these with it, stay.
+    /// Copies the values of a matrix of the same pattern; of a chain the blocks of nodes before
+    /// `from`, and their coupling with it, are unchanged.
     void copy_values(const NodeMatrix& other, int from = 0);
 
     /// @param from  of a chain: nodes before it keep their earlier factors
     /// @return  0 if positive definite; of a chain the number of negative pivots, else 1 if it is
     ///          not, or not symmetric
     int factor(int from);
-    /// Of a chain's last factors: see ChainBand. Of others 1: not known.
+    /// Of a chain's last factors: see ChainBand. 1 (not known) of other matrices, 0 if not
+    /// `guarded`.
     int negative_determinants() const
     {
         return !guarded ? 0 : chain_ ? band_.negative_determinants() : 1;
     }
-    /// In place; not finite where there is no factor.
+    /// x <- A^-1 x; not finite where there is no factor.
     void solve(std::vector<Node6>& x);
 
 private:

@@ -206,8 +206,8 @@ void factor_definite(System& s, int from, double& shift, NewtonReport& report)
     if (unsymmetric) factor(true, first);
 }
 
-/// Trials that find no fewer wrong statuses before contacts are turned one at a time: first one of
-/// each neighbourhood, then one of all.
+/// Counts trials that do not reduce the number of wrong statuses; after them contacts are changed
+/// one at a time: first one on each body, then one of all.
 struct StallCounter {
     /// Trials without progress after which all, or separate, states change.
     static constexpr int kAll = 8, kApart = 40;
@@ -215,8 +215,8 @@ struct StallCounter {
     int best = std::numeric_limits<int>::max(), all = kAll, apart = kApart;
 };
 
-/// Turns the last contact whose status is wrong, and every one before it that touches no body of
-/// those already turned: of many bodies each place would else wait for all others.
+/// Changes the status of the last contact whose status is wrong, and of every one before it that is
+/// on no body of those already changed, so that separate places are changed in the same trial.
 template <class System, class Turn>
 void flip_independent(const System& s, const std::vector<Change>& wrong, const Turn& turn)
 {
@@ -232,8 +232,9 @@ void flip_independent(const System& s, const std::vector<Change>& wrong, const T
     }
 }
 
-/// Turns contacts whose status is wrong; all of them, or one where that leads nowhere.
-/// @param turn  of a contact
+/// Changes the status of contacts where it is wrong: of all of them, or of separate ones, or of
+/// one, while the number of wrong statuses does not decrease.
+/// @param turn  changes the status of a contact
 template <class System, class Turn>
 void flip_statuses(const System& s, std::vector<Change>& wrong, int count, StallCounter& patience,
                    const Turn& turn)
@@ -385,9 +386,9 @@ template <class System> void close_active(System& s)
     }
 }
 
-/// Where pivoting finds no solution (the wire is about to lose
-/// its hold), a shift makes the problem more definite and its solution nearer.
-/// @return  whether one was found
+/// Solves the linearised contact problem by pivoting. Where that finds no solution (the wire is
+/// about to become unstable), a shift makes the problem more definite and the increment shorter.
+/// @return  whether a solution was found
 template <class System>
 bool solve(System& s, const Residual& res, const NewtonOptions& options, double& shift,
            NewtonReport& report)
@@ -406,7 +407,7 @@ bool solve(System& s, const Residual& res, const NewtonOptions& options, double&
         shift = std::max(16 * shift, 1e-3 * s.min_stiffness());
     }
     if constexpr (requires { s.has_compliant_walls(); })
-        if (s.has_compliant_walls() && !done) // what was tried last may be anything: the solve ends
+        if (s.has_compliant_walls() && !done) // the last trial is no solution: the solve ends
             s.increment()[std::size_t(s.last())].value[0] =
                 std::numeric_limits<double>::quiet_NaN();
     if (shift > 0) s.last_shift() = shift;

@@ -13,10 +13,10 @@ namespace amontons {
 /// The step's reaction solves it whatever A is: u = W r + q holds by the choice of q, and the laws
 /// between u and r are the step's own. Of the tangent the symmetric part is taken (a friction force
 /// that turns with the wall makes it unsymmetric by some percent, and solvers of contact problems
-/// may count on reciprocity). A holds the wire's stress stiffness and nothing of the
-/// contacts' hold; where the wire is unstable without its contacts A has negative eigenvalues and
-/// so has W. Such a problem is recorded as it is: with the hold added, u and r would obey another
-/// law than Coulomb's.
+/// may require reciprocity). A includes the wire's geometric stiffness, but no stiffness of the
+/// contacts; where the wire is unstable without its contacts A has negative eigenvalues, and so has
+/// W. Such a problem is recorded as it is: with a stiffness of contacts added, u and r would obey
+/// another law than Coulomb's.
 struct RecordedProblem {
     ContactProblem problem;            ///< gaps and slips over the step [m], forces [N]
     Eigen::VectorXd reaction;          ///< the step's r, rows [N]

@@ -74,8 +74,9 @@ struct RodSweep {
         }
         if (distance(a) < least) return false; // it began in there
         if (!meets(straight, length, least, radius)) return false;
-        // A body that turns beneath a rod at rest takes a straight way of its own frame inside, and
-        // one that takes the rod with it a straight way in space: what passes does so on both.
+        // A body that rotates below a rod at rest contains a straight path in its own frame, and
+        // one that takes the rod along a straight path in space: a place has passed only if it does
+        // so on both.
         const double angle = from.turn.angularDistance(to.turn);
         if (angle == 0) return true;
         const double in_space =
@@ -100,7 +101,7 @@ private:
 
 namespace {
 
-/// What an iteration has found is known to those that follow.
+/// Stores the ids found by an iteration for the following ones.
 template <class Contact, class Id>
 void remember(const std::vector<Contact>& found, Id id, std::vector<std::int64_t>& known)
 {
@@ -183,8 +184,8 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     }
     remember(
         found, [](const CurveContact& c) { return c.id; }, known);
-    // No force moves what is held: where it touches within rounding it is left alone, and deeper it
-    // is an overlap that nothing can prevent.
+    // Held places do not move: a contact within round-off is left out, a deeper one is an overlap
+    // that no force can prevent.
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
     const bool still = p.b < 0 || (!other && bodies[std::size_t(p.b)].body->modes().cols() == 0);
     const auto stuck = [&](const CurveContact& c) {

@@ -14,7 +14,7 @@ struct BodyRef;
 struct Coupling;
 struct CouplingRow;
 
-/// One row of a coupling, as the rods' own sparse matrix knows it.
+/// One row of a coupling in the sparse matrix of the rods.
 struct RodJoint {
     std::array<int, 2> on{-1, -1}; ///< rods, of all bodies; -1: what stands still
     std::array<int, 2> node{0, 0}; ///< of each
@@ -34,14 +34,13 @@ std::vector<RodJoint> rod_joints(const std::vector<BodyRef>& bodies,
                                  const std::vector<CouplingRow>& rows,
                                  const std::vector<double>& force);
 
-/// A rigid motion of rods that nothing but their holds and couplings could prevent, and these do
-/// not: the body that moves most and how, "turn about (1, 0, 0)". Nothing that a coupling is tied
-/// to but rods is asked whether it is held.
+/// A rigid motion of rods that is not prevented by their holds and couplings: the body that moves
+/// most and its motion, "turn about (1, 0, 0)". Bodies other than rods count as held.
 struct FreeMotion {
     int body = -1; ///< -1: there is none
     std::string motion;
 };
-/// Motions of rods with couplings, without contact.
+/// The free motion of rods with couplings, contacts not considered.
 FreeMotion free_motion_of_rods(const std::vector<BodyRef>& bodies,
                                const std::vector<Coupling>& couplings);
 

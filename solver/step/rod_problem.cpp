@@ -275,7 +275,7 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
 
 /// A node's stiffness along its part of a row [N/m]; 0: the row is none of what it may do.
 /// @param row   whole
-/// @param free  what holds leave of it: next to nothing of a row is none to divide by
+/// @param free  the part that holds leave; a row of which almost nothing is left is dropped
 double stiffness_of_node(const RodProblem& w, int slot, const Vec6& row, const Vec6& free)
 {
     constexpr double kNone = 1e-12; // of places; turns alone
@@ -352,7 +352,7 @@ double value_after(const RodProblem& w, const HeldJoint& j)
     return value;
 }
 
-/// What is left of gaps and slips that ought to be closed [m].
+/// Remaining gaps and slips of closed rows [m].
 double left_open(const RodProblem& w)
 {
     double most = 0;
@@ -375,7 +375,7 @@ double length_scale(const RodProblem& w)
     return least;
 }
 
-/// The forces of the last trials as those that are known.
+/// Takes the forces of the last trials as the known ones.
 void renew_multipliers(RodProblem& w)
 {
     for (HeldJoint& j : w.held_joints) {
@@ -471,8 +471,8 @@ Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Pro
             law.stiffness =
                 std::min(law.stiffness, w.stiffness[std::size_t(c.slot[std::size_t(i)])]);
         law.held[0] = kHeld * stiffness_along(w, c, c.normal);
-        // A tangent along which hardly anything can move (rods held in planes that are nearly one)
-        // is held by the other's weight: its own would be that over the square of next to nothing.
+        // A tangent along which almost no motion is possible (rods held in nearly the same plane)
+        // takes the weight of the other one: its own would be that over a square near zero.
         const double freest =
             s.friction > 0 ? std::max(size_of(c, c.tangent[0]), size_of(c, c.tangent[1])) : 0;
         for (int i = 0; i < 2 && s.friction > 0; ++i)
@@ -494,7 +494,7 @@ Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Pro
     return scale;
 }
 
-/// Any motion but a symmetric one: the same in each section's axes, however the scene is turned.
+/// A motion without symmetry: the same in each section's axes, however the scene is turned.
 std::vector<Node6> any_motion(const RodProblem& w, const Projectors& held)
 {
     std::vector<Node6> x(w.gradient.size());
@@ -645,7 +645,7 @@ std::optional<std::vector<Eigen::VectorXd>>
 unheld_motion(RodProblem& w, const std::vector<RodContactState>& contacts)
 {
     constexpr double kHold = 1e3;  // of closed contacts, times their weights
-    constexpr double kNothing = 1; // of the spring by which a rod leans: less stiffness is none
+    constexpr double kNothing = 1; // of a rod's stabilising spring: less counts as none
     Projectors held;
     set_up(w, contacts, held);
     w.base.take_symmetric_part();

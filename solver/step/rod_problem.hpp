@@ -11,33 +11,33 @@
 
 // The contact problem of rods alone, among themselves and with what stands still, without W: the
 // contacts' states are pivoted, and their rows are part of the rods' own sparse matrix. Work is
-// linear in nodes and contacts as long as few of them couple what is far apart.
+// linear in nodes and contacts while few of the contacts couple distant nodes.
 
 namespace amontons {
 
 /// A contact and its rows on the nodes of one or two elements.
 struct RodContact {
-    Candidate law; ///< gap, slip, friction, stiffness, and the force that is known
+    Candidate law; ///< gap, slip, friction, stiffness, and the force of the last iterate
     std::array<int, 4> slot{};
     int nodes = 0;
-    std::array<int, 2> on{-1, -1}; ///< rods; -1: what stands still
+    std::array<int, 2> on{-1, -1}; ///< rods; -1: a body that does not move
     FourNodeRow normal{}, tangent[2]{};
-    bool follows = false; ///< next to the one before, on the same rod and the same other
+    bool follows = false; ///< the neighbour of the contact before it, on the same two bodies
 };
 
 /// A row of a coupling with its weight in the matrix.
 struct HeldJoint {
-    std::array<int, 2> slot{-1, -1}; ///< -1: what stands still
-    std::array<Vec6, 2> row;         ///< on what holds leave
-    double value = 0;                ///< with what is prescribed [m]
-    double force = 0;                ///< that is known [N]
+    std::array<int, 2> slot{-1, -1}; ///< -1: a body that does not move
+    std::array<Vec6, 2> row;         ///< on the unknowns that holds leave free
+    double value = 0;                ///< including prescribed motions [m]
+    double force = 0;                ///< of the last iterate [N]
     double weight = 0;               ///< [N/m]
     bool springs = false;            ///< the weight is its stiffness
 };
 
-/// What is kept from one iterate to the next.
+/// Data of the problem, kept from one iterate to the next.
 struct RodProblem {
-    std::vector<RodBody*> rods; ///< of each body; null: it stands still
+    std::vector<RodBody*> rods; ///< of each body; null: a body that does not move
     std::vector<int> from;      ///< of each body: nodes before it are held and touch nothing
     std::vector<int> first;     ///< of each body: the slot of that node
     std::vector<RodContact> contact;
@@ -50,13 +50,14 @@ struct RodProblem {
     std::vector<double> stiffness, length; ///< of each node: its element's EI / l^3 [N/m], l [m]
     double min_stiffness = 0, shift = 0;   ///< [N/m]
     /// Where the matrix is not positive definite on the motions that contacts leave free, it is
-    /// made so: towards stable balances, slower.
+    /// shifted: the iteration then tends to stable equilibria, but converges more slowly.
     bool guarded = false;
-    /// A shorter step is more likely to converge: states that do not fit soon are given up.
+    /// Stops pivoting early where no consistent states are found, since a shorter step is more
+    /// likely to converge.
     bool hasty = false;
-    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: the answer is none
+    const std::atomic<bool>* stop = nullptr; ///< set from outside, it ends the solve without result
 
-    /// Where a body's node stands in the matrix.
+    /// The block row of a body's node in the matrix.
     int slot(int body, int node) const
     {
         return first[std::size_t(body)] + node - from[std::size_t(body)];
@@ -68,14 +69,14 @@ struct RodProblem {
     }
 };
 
-/// What is known of a contact before it is solved.
+/// A contact and its values at the iterate.
 struct RodContactState {
     const BodyContact* contact = nullptr;
     /// The two sides.
     BodyPlace a, b;
     Vec3 value = Vec3::Zero(); ///< gap and slip at the iterate, in its frame [m]
     Vec3 force = Vec3::Zero(); ///< in its frame [N]
-    double friction = 0;
+    double friction = 0;       ///< coefficient [-]
     bool sticks = false;
 };
 
@@ -86,34 +87,37 @@ struct RodAnswer {
     std::vector<double> joint_force, joint_value; ///< of each joint [N], [m]
     std::vector<char> sticks;
     int factorisations = 0;
-    bool fits = true;     ///< the states do
-    bool shifted = false; ///< the matrix had to be made positive definite: no step of Newton's
+    bool fits = true;     ///< open, stick and slip are consistent with the motion
+    bool shifted = false; ///< the matrix had to be shifted: the motion is no full Newton step
 };
 
-/// Newton's motion of rods that have been linearised without contact, and the contact forces with
-/// it: states that fit the linearised law, all of them.
+/// The Newton step of rods linearised without contact, and the contact forces: the solution of the
+/// linearised contact problem.
+/// @param tolerance  error of forces, relative to the largest [-]
 RodAnswer solve_rod_contacts(RodProblem& work, const std::vector<RodContactState>& contacts,
                              double tolerance);
 
-/// A motion that closed contacts allow and that gains energy.
+/// A motion admissible at the closed contacts along which the second variation of the energy is
+/// negative.
 struct NegativeMotion {
-    double stiffness = 0; ///< its second variation over its square, < 0 [N/m]
-    /// Of each body, of its largest part 1: places, and turns times their element's length.
+    double stiffness = 0; ///< second variation over the motion's square, < 0 [N/m]
+    /// Of each body; the largest component (displacement, or rotation times its element's length)
+    /// is 1.
     std::vector<Eigen::VectorXd> motion;
 };
 
-/// Whether a balance of rods, linearised there without contact, is stable on the motions that its
-/// contacts allow: those that stick none, others along their surfaces, whose curvature counts with
-/// the contact force. By the symmetric part of the tangent.
-/// @return  the lowest motion; nothing where none gains energy
-/// Cost: a factorisation; where contacts have to be held harder or there is such a motion, some
-/// dozens.
+/// Tests whether an equilibrium of rods, linearised there without contact, is stable on the motions
+/// that its contacts admit: none where they stick, along the surfaces elsewhere, whose curvature
+/// times the contact force is part of the second variation. By the symmetric part of the tangent.
+/// @return  the lowest mode; nothing where none is negative
+/// Cost: a factorisation; some dozens where the weight of contact rows has to be raised or there is
+/// such a mode.
 std::optional<NegativeMotion> negative_motion(RodProblem& work,
                                               const std::vector<RodContactState>& contacts);
 
-/// A motion of rods that rest on contacts which takes no force: neither their own stiffness nor
-/// holds, closed contacts, friction or loads resist it. Linearised as for negative_motion().
-/// @return  of each body, as NegativeMotion::motion; nothing where all are held
+/// A motion of rods that rest on contacts, along which no force acts: neither their own stiffness
+/// nor holds, closed contacts, friction or loads resist it. Linearised as for negative_motion().
+/// @return  of each body, as NegativeMotion::motion; nothing where every motion is resisted
 /// Cost: a factorisation and some solves.
 std::optional<std::vector<Eigen::VectorXd>>
 unheld_motion(RodProblem& work, const std::vector<RodContactState>& contacts);

@@ -35,8 +35,8 @@ std::vector<RodContactState> acting_contacts(const BodySystem& system, const Bod
     return states;
 }
 
-/// Which of the two ways: on from where the rods have come to from their first shape; else the
-/// largest part's largest coordinate in its section's axes grows.
+/// The sign of the mode: along the motion of the rods since their first shape; if that has no part
+/// along it, such that the largest component in its section's axes is positive.
 double side(const BodySystem& system, const NegativeMotion& m)
 {
     double along = 0, moved = 0, size = 0, largest = 0, sign = 1;

@@ -11,25 +11,26 @@ struct BodyStepReport;
 struct BodySystem;
 struct StepInput;
 
-/// A balance of rods that does not stand: they leave it along this motion.
+/// An unstable equilibrium of rods, and the motion along which they leave it.
 struct UnstableBalance {
-    std::string body;                  ///< the one that moves the most
-    int modes = 0;                     ///< negative ones of the rods by themselves, all of them
+    std::string body;                  ///< name of the one that moves the most
+    int modes = 0;                     ///< number of negative modes of all rods without contacts
     double stiffness = 0;              ///< along the motion, < 0 [N/m]
     std::vector<Eigen::VectorXd> push; ///< of each body: a small part of the motion [m], [rad]
 };
 
-/// Looks whether an accepted balance of rods at rest has a negative mode on the motions that its
-/// contacts allow (docs/theory/rods.md). Nothing where other bodies can move, too, and in a medium.
-/// Rods whose contacts hold them count as stable afterwards.
-/// @param step  that ended there
+/// The negative mode of an accepted equilibrium of rods at rest on the motions that its contacts
+/// admit (docs/theory/rods.md); nothing if it is stable, where other bodies can move too, and with
+/// viscous drag. Rods that are stable by their contacts are marked as such.
+/// @param step  the step that ended there
 /// Cost: nothing where all rods are stable by themselves; else a linearisation and a factor.
 std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput& step,
                                              const BodyStepReport& report);
 
-/// What nothing holds of rods that rest on contacts (RodBody::stabilise_with_contacts), at an
-/// accepted balance: friction counts as holding wherever a contact presses. It stays where it is.
-/// @return  "NAME: shift along ..." of the rod that moves the most; "" if all are held
+/// The unconstrained motion of rods that rest on contacts (RodBody::stabilise_with_contacts), at an
+/// accepted equilibrium: friction counts as a constraint wherever a contact is closed. The rods do
+/// not move along it.
+/// @return  "NAME: shift along ..." of the rod that moves the most; "" if all are constrained
 /// Cost: nothing without such rods; else a linearisation, a factor and some solves.
 std::string unheld_rods(BodySystem& system, const StepInput& step, const BodyStepReport& report);
 

@@ -4,14 +4,14 @@
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/simulation.hpp"
 
-// What every simulation sums up over its steps, and how a checkpoint keeps it.
+// Sums and extremes over the steps of a run, and their storage in checkpoints.
 
 namespace amontons {
 
 /// Adds a step to the quantities of the run.
 void add_step(RunSummary& summary, const StepRecord& step);
 
-/// What a result of a step is called in a summary: "done" | "failed" | "interrupted" | "running".
+/// Name of a step's outcome in a summary: "done" | "failed" | "interrupted" | "running".
 const char* status_of(StepResult::Outcome outcome);
 
 /// A refused step and its message.

@@ -107,13 +107,13 @@ public:
     /// @param last  result of the last step()
     virtual RunSummary conclude(const StepResult& last) = 0;
 
-    /// Adds time that was spent on what a step reports, for the sums of the next ones [s].
+    /// Adds time that was spent on the output of a step, for the sums of the next ones [s].
     virtual void spent_on_output(double seconds) = 0;
 
     /// Steps to the scene's end, or until `stop` is set. Calls the observer with each step.
     RunSummary run(StepObserver& observer, const std::atomic<bool>& stop);
 
-    /// What is summed up so far, of the last accepted step.
+    /// The summary up to the last accepted step.
     virtual const RunSummary& so_far() const = 0;
 
     /// Drives that a caller may set; the others follow the curves of the scene.
@@ -155,9 +155,9 @@ public:
     virtual std::vector<std::byte> save() const = 0;
     /// @throws InputError  if the bytes do not fit this scene; nothing is changed
     virtual void restore(const std::vector<std::byte>& state) = 0;
-    /// Continues where a simulation of the same bodies is; their materials, holds, loads, sets and
-    /// laws of contact may be others. A hold that no longer exists releases over the next step, one
-    /// that is new takes its nodes over that step to where it specifies.
+    /// Continues from the state of a simulation of the same bodies; their materials, holds, loads,
+    /// sets and contact laws may differ. A hold that no longer exists releases over the next step,
+    /// a new one moves its nodes over that step to their prescribed places.
     /// @throws InputError  if the bodies are not the same; nothing is changed
     virtual void take_over(const Simulation& before) { restore(before.save()); }
 };

@@ -8,10 +8,10 @@
 #include <algorithm>
 #include <cmath>
 
-// With contact forces f on a wall, u = a + K^-1 f, and g(u) what loads, forces and the material
-// disagree by, the offset a is right where g = 0. a + K^-1 g is the next guess; Anderson's rule
-// mixes the last ones so that K^-1 g, measured in energy, is least. f is that of wire and contacts
-// in balance with each a, to a share of the error that is left.
+// With contact forces f on a wall, u = a + K^-1 f, and g(u) the residual of loads, forces and the
+// material, the offset a is right where g = 0. a + K^-1 g is the next guess; Anderson's rule mixes
+// the last ones so that K^-1 g, measured in energy, is least. f is that of wire and contacts in
+// balance with each a, to a share of the error that is left.
 
 namespace amontons {
 namespace {
@@ -20,7 +20,7 @@ constexpr int kMostBalanceRounds = 60;
 constexpr std::size_t kMemory = 8;       // of Anderson's rule
 constexpr double kFirstTolerance = 1e-3; // of wire and contacts while the walls are far off
 constexpr double kShare = 0.03;          // ... and of the walls' last error
-constexpr int kPatience = 12;            // looks with a tangent before another is made
+constexpr int kPatience = 12;            // evaluations with a tangent before another is made
 constexpr int kMostTangents = 3;         // made in one solve
 constexpr int kMostHalvings = 5;
 constexpr double kDependent = 1e-10; // differences that add nothing new
@@ -34,7 +34,7 @@ struct Search {
     SoftTube* tube = nullptr;
     WallState state;
     Eigen::VectorXd off, answer; ///< imbalance of the last sample, and the tangent's answer to it
-    Eigen::VectorXd offset;      ///< of that look
+    Eigen::VectorXd offset;      ///< of that evaluation
     std::vector<Past> past;
     double largest = 0; ///< imbalance of a node [N]
 
@@ -141,6 +141,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
         const NewtonReport r = solve(inner);
         add(sum, r);
         if (!r.converged) return sum;
+        // Residual g(u) = loads + f - f_int(u) of each wall at u = offset + K^-1 f.
         const Stopwatch watch;
         error = 0;
         std::string fault;
@@ -151,7 +152,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
                 trial = *s.tube->at_rest();
             } else {
                 fault = s.tube->evaluate_material(trial);
-                ++sum.wall_looks;
+                ++sum.wall_evaluations;
             }
             if (!fault.empty()) break;
             s.state = std::move(trial);
@@ -162,7 +163,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
         if (!fault.empty() || !std::isfinite(error)) {
             sum.converged = false;
             sum.residual.contact = std::numeric_limits<double>::infinity();
-            // Half of the way from an offset that the material could answer to.
+            // Half of the way from an offset at which the material could be evaluated.
             if (++halvings > kMostHalvings || searches[0].off.size() == 0) return sum;
             for (Search& s : searches) {
                 s.state.offset = 0.5 * (s.state.offset + s.offset);
@@ -182,11 +183,12 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
             return sum;
         }
         sum.converged = false;
-        // Where one is due, the steps to come gain by it too.
+        // A new tangent after kPatience rounds (later steps gain by it too), else offset += K^-1 g
+        // with Anderson's rule (improve).
         const bool slow = ++with_tangent >= kPatience && tangents < kMostTangents;
         for (std::size_t k = 0; k < searches.size(); ++k) {
             Search& s = searches[k];
-            if (error <= allowed) break; // the wire's turn
+            if (error <= allowed) break; // wire and contacts are to be solved again
             const bool moved =
                 slow && s.tube->relinearise(std::make_shared<const Eigen::VectorXd>(s.state.u));
             if (moved) {

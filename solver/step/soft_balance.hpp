@@ -4,12 +4,12 @@
 
 #include <functional>
 
-// Hyperelastic walls around a wire: what the tangent's answer misses of the material's, found
-// between solves of wire and contact. Theory: docs/theory/soft_vessels.md.
+// Hyperelastic walls around a wire: the nonlinear part of their response, found between solves of
+// wire and contact with their tangents. Theory: docs/theory/soft_vessels.md.
 
 namespace amontons {
 
-/// Puts the walls of hyperelastic material where they are without contacts.
+/// Sets walls of hyperelastic material to their equilibrium without contacts.
 void rest_walls(Wire& wire, const std::vector<WireWall>& walls);
 
 /// Solves wire and contacts with the walls' tangents, and finds the offsets with which walls are in

@@ -326,7 +326,7 @@ bool pivot_compliant(System& s, const Residual& res, const NewtonOptions& option
                     System::add_product(s.matrix(), s.place(k), s.normal(k), s.normal(k), rho,
                                         s.first());
                     // Also without friction: what holds a wire across a wall is its curvature,
-                    // which M does not know.
+                    // which M does not contain.
                     for (const auto& t : s.point_rows(k))
                         System::add_product(s.matrix(), s.place(k), t, t, rho, s.first());
                 }

@@ -121,7 +121,7 @@ Eigen::VectorXd read(const SoftTube& tube, ByteReader& in)
     Eigen::VectorXd v(3 * Eigen::Index(tube.mesh().nodes.size()));
     for (double& x : v)
         x = in.value<double>();
-    if (!v.allFinite()) ByteReader::refuse("a wall that is nowhere");
+    if (!v.allFinite()) ByteReader::refuse("a wall with a coordinate that is not finite");
     return v;
 }
 

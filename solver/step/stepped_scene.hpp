@@ -12,8 +12,8 @@
 #include <string_view>
 #include <vector>
 
-// A scene that somebody else steps, changes between two steps, saves and puts back: what the
-// package of Python and `amontons serve` stand on.
+// A scene that a caller advances, changes between two steps, saves and restores: the basis of the
+// package of Python and of `amontons serve`.
 
 namespace amontons {
 
@@ -49,7 +49,7 @@ SharedScene change_scene(const SceneText& from, const std::vector<std::string>& 
 /// The JSON of `amontons check --json`: bodies are made, nothing is run. @throws InputError
 std::string check_scene(const SceneText& scene);
 
-/// A step's record as it is held: never changed, shared by all views of it.
+/// A step's record with the names of its bodies: never changed, shared by all views of it.
 struct Told {
     /// The step.
     StepRecord step;
@@ -57,13 +57,13 @@ struct Told {
 };
 using Record = std::shared_ptr<const Told>;
 
-/// A record as bytes and back, beside a simulation's state: what a step reported is known again
-/// where it is lost on from. @throws InputError  as ByteReader
+/// A record as bytes, stored beside a simulation's state, so that the last record is available
+/// after a restore.
 std::vector<std::byte> bytes_of(const StepRecord& record);
-/// A record from bytes of record_bytes().
+/// The record in bytes of bytes_of(). @throws InputError  as ByteReader
 StepRecord record_from(const std::vector<std::byte>& bytes);
 
-/// One scene in motion. For one thread at a time.
+/// A scene and its simulation. For one thread at a time.
 class SteppedScene {
 public:
     /// @throws InputError
@@ -92,18 +92,18 @@ public:
     double end() const { return scene_->scene.time.end; }
     /// True at the end of the run.
     bool done() const { return time() >= end() * (1 - 1e-12); }
-    /// What is reported of the simulation where it stops.
+    /// The summary of the run at its present time.
     RunSummary conclude();
 
-    /// The state continues in the scene with other values; where it does not fit, nothing is
-    /// changed.
-    /// @throws InputError
+    /// Changes fields of the scene and continues from the present state.
+    /// @throws InputError  if the state does not fit the changed scene; nothing is changed
     void change(const std::vector<std::string>& overrides);
     /// Everything, with the last record, for a bit-identical continuation.
     std::string save() const;
     /// @throws InputError  not of this scene; nothing is changed
     void restore(std::string_view state);
-    /// The scene, as it is by now, from its beginning; no input is led any more. @throws InputError
+    /// Restarts the scene, with its present fields, at its beginning; all inputs follow the scene's
+    /// curves again. @throws InputError
     void reset();
     /// Takes the state of another one of the same scene.
     void follow(const SteppedScene& other);

@@ -19,7 +19,7 @@
 //
 // with u the gaps and slips that the step has left, W of elastic bodies and springs, in motion of
 // masses, too, and a the rigid motions that run along. Groups of bodies that touch each other are
-// examined one by one: what stands still or is led parts them. Most pairs are found to be
+// examined one by one: fixed and driven bodies separate them. Most pairs are found to be
 // determined by these bounds alone; for others linear programs find the ends.
 
 namespace amontons {
@@ -118,8 +118,8 @@ Vec3 ForceExaminer::force(int item) const
     return k < step_.coupling_force.size() ? step_.coupling_force[k] : Vec3(Vec3::Zero());
 }
 
-/// May it have a force? A contact that is closed may; one that a blow has parted may not. In motion
-/// a spring's force is that of its length.
+/// May it have a force? A contact that is closed may; one that an impact has opened may not. In
+/// motion a spring's force is that of its length.
 bool ForceExaminer::takes_part(int item) const
 {
     if (item >= count_)

@@ -22,8 +22,8 @@ struct WallForce {
     std::unique_ptr<BoundingTree> tree; ///< of the surface, made when a contact first needs it
 };
 
-/// Takes the contacts of an accepted step: each counts at the corner next to it of the triangle
-/// next to it. Where contacts were in steps before makes it fast and changes nothing.
+/// Updates the largest forces with the contacts of an accepted step: each counts at the nearest
+/// corner of the nearest triangle. The places of earlier contacts only make the search faster.
 /// @param number   of the wall among the bodies
 /// @param contacts  in a fixed order, wire by wire and along each
 void note_forces(const SurfaceMesh& surface, int number, const std::vector<ContactRecord>& contacts,

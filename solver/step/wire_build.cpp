@@ -44,7 +44,7 @@ template <class Dynamics> auto lists_of(Dynamics& d)
 
 /// Of contact points in a bore [m]: the outer instrument's own. Where the inner one fills the bore,
 /// no finer than the instrument is thick and the elements are long, whatever the scene asks for:
-/// there a couple is two forces that grow as their arm falls, and a beam knows of no arm shorter
+/// there a couple is two forces that grow as their arm falls, and a beam resolves no arm shorter
 /// than that.
 double bore_spacing(const Wire& inner, const Wire& outer)
 {
@@ -174,7 +174,7 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
         for (const auto& c : beam.insertion)
             most = std::max(most, c[1]);
         if (most <= 0) continue;
-        // The first stretch along the sheath must be free, or the wire starts against a wall.
+        // The space ahead of the sheath must be free, or the wire starts against a wall.
         const double step = std::min(radius, most);
         if (wall.distance(x + step * body.wire.sheath->frame.col(0), hint) < 0.25 * radius)
             issues.push_back({scene.file, "/bodies/" + beam.name + "/introducer/direction",

@@ -15,8 +15,8 @@ WireBody build_wire(const Scene& scene, const BeamInput& beam,
                     const std::vector<Obstacle>& obstacles, const std::vector<SoftVessel>& vessels,
                     std::vector<int>& near);
 
-/// @param walls  their names
 /// Adds an issue where the introducer ends in a wall or the wire starts in one.
+/// @param walls  names of the wire's walls
 void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body,
                  const std::vector<std::string>& walls, const std::vector<Obstacle>& obstacles,
                  std::vector<Issue>& issues);
@@ -31,7 +31,7 @@ void save_reactions(const std::vector<Reaction>& reactions, ByteWriter& out);
 /// Reads reactions.
 std::vector<Reaction> read_reactions(std::size_t size, ByteReader& in);
 
-/// What changes of a wire.
+/// The variable part of a wire, for checkpoints.
 struct SavedWire {
     int halvings = 0; ///< of the distance of its contact points
     WireState state;

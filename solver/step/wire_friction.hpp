@@ -20,9 +20,9 @@ struct ContactBefore {
 std::vector<ContactBefore> contacts_before(const Wire& wire, const std::vector<WireWall>& walls,
                                            std::vector<Proximity>& proximity);
 
-/// What friction dissipated in a step [J]: minus the friction force, half of it that of the step's
-/// start and half that of its end, times the slip. A point that slips does so at Coulomb's bound,
-/// along its slip, also if it stuck before.
+/// Dissipation by friction in a step [J]: minus the mean of the friction forces at its start and
+/// its end, times the slip. A point that slips does so at Coulomb's bound, against its slip, also
+/// if it stuck before.
 /// @param candidates  of the end of the step, slips measured from `start`
 double friction_work(const Wire& wire, const StepStart& start,
                      const std::vector<ContactBefore>& before,

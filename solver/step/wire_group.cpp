@@ -106,7 +106,7 @@ void add(NewtonReport& sum, const NewtonReport& r)
     sum.iterations += r.iterations;
     sum.factorisations += r.factorisations;
     sum.shifted += r.shifted;
-    sum.wall_looks += r.wall_looks;
+    sum.wall_evaluations += r.wall_evaluations;
     sum.wall_tangents += r.wall_tangents;
     sum.residual = r.residual;
     sum.seconds_elements += r.seconds_elements;
@@ -203,7 +203,7 @@ double base_work(const WireGroup& g, const GroupState& old, const std::vector<Ba
     double sum = 0;
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         const WireState &a = old.wires[w], &s = g.wires[w]->wire.state;
-        if (!g.wires[w]->wire.sheath) continue; // a clamp, which whoever holds it has moved
+        if (!g.wires[w]->wire.sheath) continue; // a clamp, moved by its holder
         const BaseLoad load = base_load(g.wires[w]->wire);
         sum += 0.5 * (before[w].push + load.push) * (s.base_insertion - a.base_insertion) +
                0.5 * (before[w].torque + load.torque) * (s.base_twist - a.base_twist);

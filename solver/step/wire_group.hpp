@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// What a step changes in the wires of a group, kept in case that it is refused.
+/// State of the wires of a group, kept to be restored if a step is refused.
 struct GroupState {
     /// States of the wires.
     std::vector<WireState> wires;
@@ -17,7 +17,7 @@ struct GroupState {
     std::vector<std::vector<Reaction>> nested;
 };
 
-/// While it is there, solves of these groups check `stop`.
+/// While an object exists, solves of these groups check `stop`.
 class Listening {
 public:
     Listening(std::vector<WireGroup>& groups, const std::atomic<bool>& stop) : groups_(groups)
@@ -41,10 +41,10 @@ private:
 GroupState state_of(const WireGroup& group);
 /// Restores a state.
 void restore(WireGroup& group, const GroupState& state);
-/// Puts the wires back and gives the reason.
+/// Restores the state `keep` and sets the reason of the refusal in the report.
 void refuse(WireGroup& group, const GroupState& keep, StepReport& report, std::string why);
 
-/// Where an increment begins: slip and friction's work are counted from there.
+/// The start of an increment: slip and the work of friction are measured from it.
 struct GroupStart {
     /// What slip counts from, of each wire.
     std::vector<StepStart> wires;
@@ -54,7 +54,7 @@ struct GroupStart {
     CoaxialStart nested;
 };
 
-/// What a step starts from.
+/// The start of an increment at the present state.
 GroupStart start_of(const WireGroup& group);
 
 /// Options of Newton's method for this group.
@@ -64,13 +64,14 @@ void add(NewtonReport& sum, const NewtonReport& report);
 /// Newton's method for the group, from `start`.
 NewtonReport solve(WireGroup& group, const GroupStart& start,
                    const std::vector<ViscousPull>& anchors, const NewtonOptions& options);
-/// Moves the bases, with what the wires know of their contacts.
+/// Moves the bases to new targets, and the stored reactions along with the material.
 void drive(WireGroup& group, const std::vector<BaseTarget>& to);
 
 double elastic_energy_of(const WireGroup& group); ///< [J]
 /// Loads at the bases.
 std::vector<BaseLoad> loads_of(const WireGroup& group);
-/// Of the bases from where they were to where they are, by the trapezoid rule [J].
+/// Work of the base loads from the state `old` to the present one, by the trapezoid rule [J].
+/// @param before  loads in the state `old`
 double base_work(const WireGroup& group, const GroupState& old,
                  const std::vector<BaseLoad>& before);
 double friction_of(const WireGroup& group, const GroupStart& start); ///< [J]

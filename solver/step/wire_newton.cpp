@@ -101,7 +101,7 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     w.unsettled =
         find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
     w.compliant_walls = any_soft(walls) ? &walls : nullptr;
-    // Of soft walls the linearised problem knows the curvature.
+    // The linearised problem contains the curvature of soft walls.
     assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.compliant_walls);
     if (wire.tip) w.tip = hold_tip(wire, w.base, w.gradient);
     if (wire.plane) hold_in_plane(wire, w.base, w.gradient);
@@ -225,7 +225,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
         report.residual = residual_of_iterate(wire, w);
         const Residual& res = report.residual;
         if (!std::isfinite(res.equilibrium)) return report;
-        // Forces so far from any balance that the walls have no shape under them.
+        // Forces so far from balance that the walls have no equilibrium under them.
         if (w.unsettled > kLost * res.scale) return report;
         keep_touches(wire, w);
         if (report.iterations > 0 && res.error() <= std::max(options.tolerance, res.floor)) {

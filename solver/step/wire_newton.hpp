@@ -22,8 +22,8 @@ struct ViscousPull {
     /// True if it has a stiffness.
     bool active() const { return !linear.empty(); }
 };
-/// A pull towards the present state, by a stiffness per length; of a section that turns, h^2 / 12
-/// of its element's.
+/// A pull towards the present state, by a stiffness per length; the rotational stiffness of a
+/// section is h^2 / 12 of the linear one, h the element's length.
 /// @param stiffness  [N/m^2]
 ViscousPull make_viscous_pull(const Wire& wire, double stiffness);
 
@@ -46,16 +46,16 @@ struct NewtonOptions {
     int max_iterations = 16;
     double reach = 0;        ///< contacts nearer than this enter the linear problem [m]
     double longest_move = 0; ///< of a node in one iteration [m]
-    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: there is no answer then
+    const std::atomic<bool>* stop = nullptr; ///< set from outside, it ends the solve without result
 };
 
-/// Whether somebody asked for the end.
+/// True if `stop` is set.
 inline bool stopped(const NewtonOptions& options)
 {
     return options.stop && *options.stop;
 }
 
-/// Before the active rows are closed exactly.
+/// Iterations before the active rows are closed exactly by close_active_rows().
 constexpr int kIterationsBeforeClosing = 8;
 
 /// How Newton's method ended.
@@ -66,7 +66,8 @@ struct NewtonReport {
     int iterations = 0;
     int factorisations = 0;
     int shifted = 0; ///< iterations that needed a shift to be positive definite
-    int wall_looks = 0, wall_tangents = 0; ///< of hyperelastic walls: balances, tangents made
+    /// Of hyperelastic walls: evaluations of their equilibrium, and new tangents.
+    int wall_evaluations = 0, wall_tangents = 0;
     Residual residual;
     /// Time by phase [s].
     double seconds_elements = 0, seconds_detection = 0, seconds_contact = 0, seconds_rest = 0;
@@ -80,12 +81,12 @@ struct NewtonWorkspace {
     /// Vectors of an iteration.
     std::vector<Node6> gradient, right, increment;
     std::vector<ElementLaw> laws;
-    /// Strains of the elements as the last increment, or the way of the base, makes them to first
-    /// order; empty: those of the state. Of a solve; empty between two.
+    /// Predicted strains of the elements: to first order by the last increment, or by the motion of
+    /// the base; empty: those of the state. Only within a solve.
     std::vector<std::array<double, 6>> predicted;
     std::vector<Candidate> candidates;
     std::vector<Proximity> proximity;
-    /// per candidate
+    /// Status of a candidate and the result of a trial.
     struct Trial {
         int status = 0;                    ///< 0 open, 1 stick, 2 slip
         double c1 = 0, c2 = 0;             ///< slip force direction (cosines)
@@ -107,14 +108,15 @@ struct NewtonWorkspace {
 void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, const StepStart& start,
                       const ViscousPull& anchor, const NewtonOptions& options,
                       NewtonWorkspace& work, NewtonReport& report);
-/// Of what assemble_iterate left.
+/// The residual of the iterate that assemble_iterate() has set up in `work`.
 Residual residual_of_iterate(const Wire& wire, const NewtonWorkspace& work);
 /// Natural map of a contact [N].
 /// @param cone  in and out: the largest violation of Coulomb's cone [N]
 double contact_error(const Candidate& c, double& cone);
-/// Admissible share of an increment; 0 if it is not finite (factor).
+/// Admissible factor on an increment, in (0, 1]; 0 if the increment is not finite (factor).
+/// @param longest_move  of a node [m]
 double step_factor(const Wire& wire, const std::vector<Node6>& increment, double longest_move);
-/// Moves a reaction by that share towards what a trial found.
+/// Moves a reaction by a factor in (0, 1] of its difference to that of a trial.
 void take_trial(const Candidate& c, const NewtonWorkspace::Trial& t, double factor, Reaction& r);
 
 /// Brings the wire to equilibrium at its present base. On failure the state is the last iterate.

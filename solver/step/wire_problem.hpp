@@ -5,10 +5,10 @@
 
 namespace amontons {
 
-/// The contact problem of the wire: contacts that act or are nearer than kNearActive radii. Call it
-/// before the next step.
+/// The contact problem of the wire at the last accepted step: contacts that act or whose gap is
+/// below kNearActive radii. Call it before the next step.
 RecordedProblem contact_problem(const WireBody& body);
 
-constexpr double kNearActive = 0.1; ///< of the wire's radius [-]
+constexpr double kNearActive = 0.1; ///< gap over the wire's radius [-]
 
 } // namespace amontons

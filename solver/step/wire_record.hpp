@@ -25,7 +25,7 @@ void record_nesting(const Coaxial& c, std::size_t nesting, int inner, int outer,
 double wire_depth(const Wire& wire);
 /// Position of the tip [m].
 Vec3 wire_tip(const Wire& wire);
-/// Contact points whose centre is beyond a wall: must be 0.
+/// Number of contact points whose centre is beyond a wall: 0 in a correct result.
 int count_outside(const WireBody& b);
 /// "; worst: ..." for a message, or "".
 std::string describe_worst(const std::vector<WireBody>& wires, const Residual& residual);

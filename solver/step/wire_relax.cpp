@@ -7,7 +7,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kLeastRelaxations = 600;     // that are made before a flow is given up
+constexpr int kLeastRelaxations = 600; // that are made before a flow ends without an equilibrium
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
 constexpr int kFirstPause = 4, kLongestPause = 32; // increments between tries of the wires at rest
 constexpr double kNoJump = 0.25; // of an increment's way: the wire has not jumped in it
@@ -106,8 +106,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
     forget_pull();
     const double target = 0.1 * element_size;
 
-    // ---- Most increments, and what has happened so far
-    // A jump may take a wire as far as it is long.
+    // ---- Limits and state of the flow
+    // A jump may move a wire by its length.
     double longest = 0;
     for (const BaseTarget& t : to)
         longest = std::max(longest, t.insertion);
@@ -166,7 +166,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
                     return r;
                 }
             } else if (still.converged && !pushed_off) {
-                // An unstable equilibrium holds the flow: push it off along its weakest mode.
+                // The flow stops at an unstable equilibrium: it is displaced along its weakest
+                // mode.
                 const std::vector<std::vector<Node6>> mode = weakest_mode(g);
                 for (std::size_t w = 0; w < wires; ++w)
                     move_wire(g.wires[w]->wire, mode[w], 1e-3 * element_size);

@@ -25,7 +25,7 @@ void add_energy(EnergyRecord& sum, const EnergyRecord& step)
     sum.released += step.released;
 }
 
-/// Before the names of a wire's quantities: of one wire alone nothing shows it apart.
+/// Prefix of the names of a wire's quantities; "" for a single wire.
 std::string wire_prefix(const Scene& scene, std::size_t wire)
 {
     return scene.beams.size() > 1 ? scene.beams[wire].name + "_" : "";
@@ -109,7 +109,7 @@ bool WireSimulation::State::solve_groups(double h, bool relax, StepReport& sum,
         reports.push_back(r);
         sum.newton.iterations += r.newton.iterations;
         sum.newton.factorisations += r.newton.factorisations;
-        sum.newton.wall_looks += r.newton.wall_looks;
+        sum.newton.wall_evaluations += r.newton.wall_evaluations;
         sum.newton.wall_tangents += r.newton.wall_tangents;
         sum.newton.seconds_elements += r.newton.seconds_elements;
         sum.newton.seconds_detection += r.newton.seconds_detection;
@@ -127,8 +127,8 @@ bool WireSimulation::State::solve_groups(double h, bool relax, StepReport& sum,
     return true;
 }
 
-/// One step of all wires; either all move or none. Where a wire stands in a wall between its
-/// contact points, they are put closer and the step is done again.
+/// One step of all wires; either all move or none. Where a wire overlaps a wall between its contact
+/// points, their distance is halved and the step is repeated.
 /// @param kept  the state that it begins from; with closer points, if they were put so
 bool WireSimulation::State::advance(double h, StepReport& sum, std::string& refusal, bool relax,
                                     std::shared_ptr<const Kept>& kept)
@@ -255,7 +255,7 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
     }
     if (std::any_of(vessels.begin(), vessels.end(),
                     [](const SoftVessel& v) { return v.tube->hyperelastic() != nullptr; })) {
-        out.quantities.push_back({"wall_balances", "", double(r.newton.wall_looks)});
+        out.quantities.push_back({"wall_balances", "", double(r.newton.wall_evaluations)});
         out.quantities.push_back({"wall_tangents", "", double(r.newton.wall_tangents)});
     }
     for (const auto& c : coaxial)
@@ -282,7 +282,7 @@ void WireSimulation::State::note_forces(const StepRecord& r)
             amontons::note_forces(*obstacles[o].model.surface, int(o), r.contacts, force[o]);
 }
 
-/// Examines walls that yield as they are now: at frames, and at the end.
+/// Examines compliant walls at their present state: at frames, and at the end.
 void WireSimulation::State::note_walls()
 {
     wall_moved.resize(vessels.size(), 0);
@@ -406,7 +406,7 @@ WireSimulation::WireSimulation(const Scene& scene, std::vector<Obstacle> obstacl
 WireSimulation::~WireSimulation() = default;
 
 /// What every accepted state is followed by.
-StepResult WireSimulation::State::tell(StepRecord r)
+StepResult WireSimulation::State::record_accepted(StepRecord r)
 {
     PhaseSeconds& sum = summary.seconds;
     sum.free_motion += r.phases.free_motion;
@@ -444,7 +444,7 @@ StepResult WireSimulation::State::begin(const std::atomic<bool>& stop)
         energy.elastic_start += history[first_of(g)].elastic;
     }
     started = true;
-    return tell(record(first, 0, 0));
+    return record_accepted(record(first, 0, 0));
 }
 
 StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond)
@@ -512,7 +512,7 @@ StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond
     ++s.contact_steps;
     for (const ContactRecord& c : r.contacts)
         s.energy.largest_force = std::max(s.energy.largest_force, c.force.norm());
-    return s.tell(std::move(r));
+    return s.record_accepted(std::move(r));
 }
 
 RunSummary WireSimulation::conclude(const StepResult& last)
@@ -525,20 +525,20 @@ RunSummary WireSimulation::conclude(const StepResult& last)
     s.note_walls();
     RunSummary whole = sum; // a run that continues adds its own
     for (std::size_t v = 0; v < s.vessels.size(); ++v)
-        if (std::string told = wall_warning(s.vessels[v], s.wall_moved[v]); !told.empty())
-            whole.warnings.push_back(std::move(told));
+        if (std::string warning = wall_warning(s.vessels[v], s.wall_moved[v]); !warning.empty())
+            whole.warnings.push_back(std::move(warning));
     double size = 0;
     for (const WireBody& b : s.wires)
         size = std::max(size, b.wire.material.length);
     const bool dynamic = s.wires[0].motion.dynamic;
-    if (std::string told = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
-        !told.empty())
-        whole.warnings.push_back(std::move(told));
+    if (std::string warning = energy_warning(s.energy, {s.scene.accuracy.contact, size, dynamic});
+        !warning.empty())
+        whole.warnings.push_back(std::move(warning));
     for (std::size_t w = 0; w < s.wires.size(); ++w) {
         const WireOverlapLog& log = s.history[w].overlap;
         if (!(log.depth > 0)) continue;
-        std::string told = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
-        if (!told.empty()) whole.warnings.push_back(std::move(told));
+        std::string warning = log.warning(s.scene.beams[w].name, s.wall_name(log.wall));
+        if (!warning.empty()) whole.warnings.push_back(std::move(warning));
     }
     return whole;
 }

@@ -115,7 +115,7 @@ struct WireSimulation::State {
     /// Shared: the tries of one step begin from the same.
     std::shared_ptr<const Kept> keep() const;
     void put_back(const Kept& kept);
-    /// The same with what tries that are given up leave behind: where points of contact are and are
+    /// The same with data that abandoned tries change: where points of contact are and are
     /// searched for, where tangents are taken.
     struct Unmoved {
         struct OfWire {
@@ -132,7 +132,7 @@ struct WireSimulation::State {
     Unmoved unmoved() const;
     void undo(const Unmoved& before);
     StepResult begin(const std::atomic<bool>& stop);
-    StepResult tell(StepRecord record);
+    StepResult record_accepted(StepRecord record);
     bool solve_groups(double h, bool relax, StepReport& sum, std::vector<StepReport>& reports);
     bool advance(double h, StepReport& sum, std::string& refusal, bool relax,
                  std::shared_ptr<const Kept>& kept);

@@ -13,12 +13,12 @@
 namespace amontons {
 namespace {
 
-// As in a run, a push that fails is halved or relaxed; at this share of the longest one it is given
-// up.
+// As in a run, an increment of insertion that fails is halved or relaxed; at this share of the
+// longest one the search ends.
 constexpr double kShortest = 1.0 / 1024;
 constexpr double kTries = 3; // times the longest pushes that the way takes: beyond it jams
 
-/// Lays the wires straight out of their sheaths, in one another along the one that is out furthest.
+/// Places the wires straight out of their sheaths; nested ones along the one that is out furthest.
 void lay_straight(WireGroup& g, const std::vector<BaseTarget>& to)
 {
     for (std::size_t w = 0; w < to.size(); ++w) {
@@ -44,7 +44,7 @@ StepReport settle(WireGroup& g, const std::vector<BaseTarget>& to)
     return r;
 }
 
-/// Pushes one wire of a group to where its base shall be.
+/// Inserts one wire of a group up to the target of its base.
 /// @param at  of all, in and out
 StepReport push_one(WireGroup& g, std::size_t w, double insertion, std::vector<BaseTarget>& at,
                     const std::atomic<bool>& stop)

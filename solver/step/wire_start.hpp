@@ -6,12 +6,12 @@
 
 namespace amontons {
 
-/// Brings wires from nothing to their first balance, at the bases given: straight out of their
-/// sheaths and from there to contact. Where that way leads through a wall they are pushed in
-/// instead, one after the other, the one that is out furthest first, as one would have done
-/// before: friction holds them as it does then.
-/// @param stop  set from elsewhere: no more is tried
-/// @return  a report whose energy is that of the last step of the way
+/// Finds the first equilibrium of wires at the given bases: placed straight out of their sheaths,
+/// and brought to contact from there. Where that path leads through a wall they are inserted
+/// instead, one after the other, the one that is out furthest first, with the friction of that
+/// insertion.
+/// @param stop  set from outside, it ends the search
+/// @return  a report whose energy is that of the last step of the path
 StepReport start_wires(WireGroup& group, const std::vector<BaseTarget>& to,
                        const std::atomic<bool>& stop);
 

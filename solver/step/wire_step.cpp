@@ -15,8 +15,8 @@ constexpr double kEnergyShare = 0.02;
 constexpr double kEnergyFloor = 0.5;
 constexpr const char* kBalanceRefused = "energy balance";
 
-/// What the mean of the loads at both ends of a step may miss of the bases' work, if in between
-/// they run from one to the other without turning back [J].
+/// Largest error of the trapezoid rule for the work at the bases, if the loads vary monotonically
+/// between the ends of the step [J].
 double most_of_course(const WireGroup& g, const GroupState& old,
                       const std::vector<BaseLoad>& before)
 {
@@ -126,7 +126,7 @@ StepReport try_or_relax(WireGroup& g, const std::vector<BaseTarget>& to)
     }
     r.newton.iterations += tried.newton.iterations;
     r.newton.factorisations += tried.newton.factorisations;
-    r.newton.wall_looks += tried.newton.wall_looks;
+    r.newton.wall_evaluations += tried.newton.wall_evaluations;
     r.newton.wall_tangents += tried.newton.wall_tangents;
     return r;
 }

@@ -25,13 +25,14 @@ struct WireMotion {
 /// Dynamic, with the masses and rotary inertias of a wire lumped at its nodes.
 WireMotion make_motion(const WireMaterial& material, double damping);
 
-/// What a dynamic wire carries from step to step, besides its state.
+/// Dynamic quantities of a wire, stored from step to step beside its state.
 struct WireDynamics {
     std::vector<Vec3> velocity; ///< per node [m/s]
     std::vector<Vec3> spin;     ///< per node, in the body frame [rad/s]
-    /// What inertia and damping held against at the end of the last step, per node [N], [N m] in
-    /// the body frame; and the contact forces [N] with their arms from the centreline [m], ordered
-    /// as WireState::reaction. Half of every force's work in a step is that of its start.
+    /// Forces and moments of inertia and damping at the end of the last step, per node [N], [N m]
+    /// in the body frame; and the contact forces [N] with their arms from the centreline [m],
+    /// ordered as WireState::reaction. Work is by the trapezoid rule, which needs the forces of the
+    /// start.
     std::vector<Vec3> inertia_force, inertia_moment, contact_force, contact_arm;
 };
 
@@ -45,8 +46,10 @@ struct WireBody {
     double tolerance = 1e-8;
     double element_size = 0; ///< length scale of the wire's mesh: its longest element [m]
     double scale_force = 0;  ///< EI / length^2 of the wire [N]
-    bool course = false;     ///< its balance may miss what the course of its loads can make up
-    int halvings = 0;        ///< of the distance of its contact points since it was made
+    /// The energy error of a step may be as large as the change of loads within it explains
+    /// (decision 0021).
+    bool course = false;
+    int halvings = 0; ///< of the distance of its contact points since it was made
     std::unique_ptr<NewtonWorkspace> work;
 };
 /// A wire with its walls, drives and tolerance.
@@ -62,9 +65,10 @@ struct StepReport {
     EnergyRecord energy; ///< increments of work, friction, released; elastic and kinetic now
     bool snapped = false;
     double released = 0; ///< in a snap [J]
-    double missed = 0;   ///< work that is neither elastic, friction nor released [J]
-    double missed_by =
-        0; ///< of what the balance of a refused step may miss; 0: else refused (share)
+    double missed = 0;   ///< error of the energy balance: work - elastic - friction - released [J]
+    /// Of a step refused for its energy balance: `missed` over its admissible value; 0: refused for
+    /// another reason (ratio).
+    double missed_by = 0;
     bool lasting = false;   ///< no shorter step would be accepted
     int relaxations = 0;    ///< increments of the damped relaxation
     int passed_through = 0; ///< contact points beyond a wall
@@ -74,7 +78,7 @@ struct StepReport {
 struct BaseTarget {
     double insertion = 0;    ///< [m]
     double twist = 0;        ///< [rad]
-    Vec3 tip = Vec3::Zero(); ///< of a held tip, from where the hold took it [m]
+    Vec3 tip = Vec3::Zero(); ///< displacement of a held tip since the hold began [m]
 };
 
 struct Coaxial; // solver/step/coaxial.hpp
@@ -84,7 +88,7 @@ struct WireGroup {
     /// The wires of the group.
     std::vector<WireBody*> wires;
     Coaxial* coaxial = nullptr;              ///< of instruments in one another
-    const std::atomic<bool>* stop = nullptr; ///< set from elsewhere: a step is refused then
+    const std::atomic<bool>* stop = nullptr; ///< set from outside, a step is refused
 };
 
 /// Tries to bring the wires from their present equilibrium to new bases in one step.
@@ -94,13 +98,13 @@ struct WireGroup {
 /// @param any_balance  takes the step whatever its energy balance misses
 StepReport try_step(WireGroup& group, const std::vector<BaseTarget>& to, double length,
                     bool any_balance = false);
-/// Of one wire.
+/// The same for one wire.
 StepReport try_step(WireBody& body, double insertion, double twist, double length,
                     bool any_balance = false);
 
-/// A damped relaxation in parts: what one of them leaves to the next.
+/// State of a damped relaxation that is computed in parts.
 struct GradientFlow {
-    int most = 0;           ///< Newton's iterations of a part, after one increment at least
+    int most = 0;           ///< most Newton iterations of a part; at least one increment is made
     bool under_way = false; ///< the wires still move ...
     std::vector<ViscousPull> anchor; ///< ... and are held where they are by this pull, of each wire
     double weight = 0;               ///< of the pull [N/m]
@@ -116,12 +120,13 @@ struct GradientFlow {
 StepReport relax_step(WireGroup& group, const std::vector<BaseTarget>& to,
                       GradientFlow* part = nullptr);
 
-/// try_step; what it refuses is relaxed. Where nothing but the balance was amiss and relaxing
-/// misses more of it (a kink of the forces, a change of the mesh), the step is taken as it was.
+/// try_step(), and relax_step() if that is refused. If it was refused for its energy balance alone
+/// and the error of the relaxation is larger (a kink of the forces, a change of the mesh), the step
+/// is accepted as it was.
 StepReport try_or_relax(WireGroup& group, const std::vector<BaseTarget>& to);
 
-/// A step that fails is halved; at these shares of the longest step the reason is taken to be a
-/// lost equilibrium, and the wire is relaxed to the next one.
+/// A step that fails is halved; at these shares of the longest step the equilibrium is assumed to
+/// be lost (unstable; no convergence), and the wire is relaxed to the next one (ratios).
 constexpr double kRelaxUnstable = 1.0 / 8, kRelaxFailed = 1.0 / 64;
 
 /// Kinetic energy of a wire [J].

@@ -17,7 +17,7 @@ namespace amontons::studio {
 /// JSON with its members in the order of the file.
 using Json = nlohmann::ordered_json;
 
-/// What is simulated, and how it continues.
+/// What the engine simulates, and from which state.
 struct EngineStart {
     std::string scene;            ///< its path
     std::vector<std::string> set; ///< "PATH=VALUE"
@@ -27,12 +27,12 @@ struct EngineStart {
 };
 
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`, or `amontons
-/// haptic`. Whatever happens to it, the server lives on and gives the reason. For many threads.
+/// haptic`. When it ends for any reason, the server continues and reports why. For many threads.
 class Engine {
 public:
     /// @param program  amontons
     /// @param results  folder that those of runs are written to; "": none are written
-    /// @param report     called with each line that the page is to know, without its end; by any
+    /// @param report     called with each line for the page, without its end; by any
     ///                 thread
     Engine(std::string program, std::string results, std::function<void(std::string)> tell);
     Engine(const Engine&) = delete;

@@ -19,7 +19,7 @@ bool same_secret(std::string_view a, std::string_view b);
 /// "Bearer TOKEN", and nothing else.
 bool is_authorised(std::string_view authorization, std::string_view token);
 
-/// This machine by number (of either kind) or by name, with our port: a name that somebody else has
+/// This machine by number (of either kind) or by name, with our port: a name that another host has
 /// pointed at 127.0.0.1 is refused (DNS rebinding).
 bool is_own_host(std::string_view host, int port);
 

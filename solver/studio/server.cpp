@@ -160,7 +160,7 @@ private:
              {"Cross-Origin-Opener-Policy", "same-origin"},
              {"Referrer-Policy", "no-referrer"},
              {"Cache-Control", "no-store"}});
-        server.set_socket_options([](socket_t) {}); // a port that somebody listens on is refused
+        server.set_socket_options([](socket_t) {}); // a port in use is refused
         server.set_pre_routing_handler(
             [this](const httplib::Request& q, httplib::Response& r) { return admit(q, r); });
         server.set_exception_handler(
@@ -193,7 +193,7 @@ public:
         if (port_ < 0)
             throw std::runtime_error("127.0.0.1: the port " + std::to_string(how_.port) +
                                      " cannot be had");
-        // The same port by the newer protocol, where the machine has it and nobody else is there.
+        // The same port by the newer protocol, where the machine has it and the port is free.
         const bool both = server6_.bind_to_port("::1", port_);
         how_.ready(("http://127.0.0.1:" + std::to_string(port_) + "/#" + token_).c_str(), port_);
         asked_at_ = seconds();
@@ -341,7 +341,7 @@ private:
                     newest = results.back();
                 }
             } else if (path.extension() == ".json" && scenes.size() < kMostListed &&
-                     at->file_size(none) < kMostBody) {
+                       at->file_size(none) < kMostBody) {
                 const std::string text = read_file(path);
                 if (text.find("\"schema\"") != std::string::npos &&
                     text.find("\"bodies\"") != std::string::npos)

@@ -3,7 +3,7 @@
 #pragma GCC visibility push(default)
 
 // Entry point of the run-time module libamontons-studio.so: plain C, opened by the command studio
-// alone. The module serves pages; it knows no physics and links nothing of amontons.
+// alone. The module serves pages; it contains no physics and links nothing of amontons.
 
 /// The entry of the module.
 extern "C" {

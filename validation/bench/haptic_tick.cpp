@@ -1,6 +1,6 @@
 // Times of one haptic tick: a flat tool with n frictional contacts pressed into an elastic
 // half-space, dragged at 0.1 m/s and turned, with a new operator every 20 ms. Processor time of the
-// thread: what a tick takes when nobody interrupts it. The haptic thread's own clock: amontons
+// thread: what an uninterrupted tick takes. The haptic thread's own clock: amontons
 // haptic.
 //
 //   build/release/bin/haptic_tick [ticks [budget in microseconds of wall time]]

@@ -178,7 +178,7 @@ GlobalProblem rods(const Rods& r)
 {
     const double length = 1, mass = 1, thin = 1e-3 * mass;
     const Vec3 along(std::cos(r.angle), 0, std::sin(r.angle));
-    // About its middle: m L^2 / 12 across, next to nothing along.
+    // About its middle: m L^2 / 12 across, almost 0 along.
     const Mat3 inertia =
         mass * length * length / 12 * (Mat3::Identity() - along * along.transpose()) +
         thin * along * along.transpose();

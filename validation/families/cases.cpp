@@ -63,7 +63,7 @@ const std::vector<Case>& cases()
         {"millimetres", "stability", "dimensional analysis", "by hand: dimensional analysis",
          millimetres},
         {"frame-turned", "stability", "frame indifference",
-         "by hand: no law knows a direction in space", frame_turned},
+         "by hand: no law contains a direction in space", frame_turned},
         {"refinement", "stability", "the same scene with half the element, spacing, step",
          "compared with finer runs of the same scene", refinement},
         {"hyperelastic-extremes", "stability",

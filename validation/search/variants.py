@@ -382,7 +382,7 @@ class Lab:
     def __init__(self, program, cache, resolves):
         self.program = program
         self.cache = cache
-        self.resolves = resolves  # whether the program under test knows "start_overlap"
+        self.resolves = resolves  # whether the program under test has "start_overlap"
         self.seconds = 0.0
         self.lock = threading.Lock()
         if cache:
@@ -1596,7 +1596,7 @@ def main():
                                             "variants": records}, indent=1) + "\n")
     print(table_of(records, kinds))
     for kind in left_out:
-        print(f"left out: {kind}, the program does not know \"start_overlap\"")
+        print(f"left out: {kind}, the program has no \"start_overlap\"")
     for record in records:
         if record["scene"]:
             print(f"{record['outcome']}: {record['scene']}\n    {record['label']}\n    {record['reason']}"

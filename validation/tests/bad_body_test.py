@@ -126,8 +126,8 @@ class BadBodies(unittest.TestCase):
         self.write(nodes, elements, "node_set\n0 1 2\n")
         self.scene()
         self.refused("a.elements", "line 9", "a set without a name", "a name")
-        self.write(nodes, elements, SETS + "node_set nobody\n")
-        for name, found, allowed in (("", '""', "not empty"), ("nobody", "an empty set", "a set of nodes"),
+        self.write(nodes, elements, SETS + "node_set no_nodes\n")
+        for name, found, allowed in (("", '""', "not empty"), ("no_nodes", "an empty set", "a set of nodes"),
                                      ("botom", '"botom"', '"bottom" (nearest name)')):
             self.scene(lambda s, b: b.update(hold=[{"set": name}]))
             self.refused("a.json", "/bodies/block/hold/0/set", found, allowed)

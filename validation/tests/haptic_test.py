@@ -177,7 +177,7 @@ class Virtual(Case):
                 self.assertAlmostEqual(self.force(row), computed(row), delta=tiny)
 
     def test_a_force_does_not_jump_up_whatever_the_hand_does(self):
-        # Down fast, off, to and fro: nothing is earned, and much is taken back; 4 N in a tick before.
+        # Down fast, off, back and forth: nothing is earned, and much is taken back; 4 N in a tick before.
         way = [(0, 0, 0, 0.002)]
         for k in range(1, 160):
             way.append((k * 0.0125, 0.002 * (k % 3), 0, -0.004 + 0.0045 * math.cos(2.1 * k)))

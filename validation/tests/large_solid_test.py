@@ -66,7 +66,7 @@ class Large(unittest.TestCase):
         for name in ("block_reaction_x", "block_reaction_z"):
             keys = [k for k in a["quantities"] if k.startswith("block") and k[-2:] == name[-2:]]
             self.assertTrue(keys, a["quantities"].keys())
-            for k in keys:  # against the vector: a component may be next to nothing
+            for k in keys:  # against the vector: a component may be near 0
                 size = sum(a["quantities"][k[:-1] + axis] ** 2 for axis in "xyz") ** 0.5
                 self.assertAlmostEqual(a["quantities"][k], b["quantities"][k],
                                        delta=share * max(1e-9, size), msg=k)

@@ -92,7 +92,7 @@ class NewSolver(unittest.TestCase):
         # Half of the right reaction.
         (folder / "half.py").write_text((folder / "my_solver.py").read_text().replace(
             'solution = file', 'r *= 0.5\n    solution = file'))
-        for command, words in ((f"'{sys.executable}' half.py", "the answer of contact_solver has an error of"),
+        for command, words in ((f"'{sys.executable}' half.py", "the solution of contact_solver has an error of"),
                                ("false", "ended with exit code 1"),
                                ("true", "wrote no file"),
                                ("cp", "without a reaction"),

@@ -180,7 +180,7 @@ class BadInput(Case):
             s["bodies"]["wire"]["segments"][0]["element"] = 0.01
         self.refused(self.scene(coarse), says=["does not follow the bends"])
 
-    @unittest.skipIf(STUB, "the stub knows no walls")
+    @unittest.skipIf(STUB, "the stub has no walls")
     def test_wire_starts_in_the_wall(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"].update(
             introducer={"at": [0, 0, -0.01]})), says=["wire"])

@@ -1,4 +1,4 @@
-// What the page knows, and where its parts find it. Who changes something calls what shows it.
+// State of the page, shared by its parts. Whatever changes it calls the functions that show it.
 
 import type { EngineState } from "./api";
 import { exported } from "./export";

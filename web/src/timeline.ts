@@ -115,7 +115,7 @@ async function playOn() {
     const begun = performance.now();
     app.following = false;
     await showMoment(app.cursor + 1);
-    await views[0].afterDrawing(); // a frame that nobody sees helps nobody
+    await views[0].afterDrawing(); // frames faster than the screen are of no use
     await new Promise((r) => setTimeout(r, Math.max(0, 40 - (performance.now() - begun))));
   }
   show(false);

@@ -260,7 +260,7 @@ TEST_CASE("round shapes against walls have the contacts that they have with the 
             REQUIRE(!on_ball.empty());
             CAPTURE(a.index());
             CHECK(least_gap(on_wall) == doctest::Approx(least_gap(on_ball)).epsilon(1e-9));
-            // How deep it is, by a search that knows no contacts.
+            // How deep it is, by a search that uses no contacts.
             const ShapeOverlap deep = deepest_in(a, pose, nullptr, wall, {});
             CHECK(deep.depth == doctest::Approx(std::max(0.0, -least_gap(on_ball))).epsilon(1e-7));
         }

@@ -73,8 +73,8 @@ TEST_CASE("poses come and forces return and old or foreign packets are left asid
     UdpDevice device("0");
     REQUIRE(device.port() > 0);
     Client client(device.port());
-    CHECK_FALSE(device.read(0).valid); // nobody there
-    device.write({}, 0);               // to nobody
+    CHECK_FALSE(device.read(0).valid); // no sender
+    device.write({}, 0);               // to no receiver
 
     client.send(1, {1, 2, 3});
     DeviceSample s = device.read(0.001);

@@ -55,7 +55,7 @@ struct Run {
         const ReducedOperator<float> fallen = first;
         for (ReducedOperator<float>* op : {&first, &second}) { // the same memory: copies take none
             op->after.push_back(fallen);
-            op->way.emplace_back().bend.assign(60 * kMostLooks, Vec3(1e-5, 0, 0));
+            op->way.emplace_back().bend.assign(60 * kMostPathSamples, Vec3(1e-5, 0, 0));
         }
         second.ways = 1;
         second.way[0].ahead << 1e3, 0, 0, 0, 0, 0;

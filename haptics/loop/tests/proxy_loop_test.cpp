@@ -258,7 +258,7 @@ TEST_CASE("a jump that was predicted is followed in its tick and not taken back"
     op.ways = 1;
     SampledPath& way = op.way.emplace_back();
     way.ahead << 0, 0, -1 / 0.01, 0, 0, 0;
-    way.bend.resize(kMostLooks, Vec3::Zero());
+    way.bend.resize(kMostPathSamples, Vec3::Zero());
     op.jump_at = jump / 0.01 - 1e-9;
     op.after.push_back(fallen);
 

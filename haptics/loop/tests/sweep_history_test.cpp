@@ -81,7 +81,7 @@ TEST_CASE_TEMPLATE("Sweeps that are linear are known after as many as they have 
     }
 }
 
-TEST_CASE("Differences that are rounding lead nowhere")
+TEST_CASE("Differences that are rounding do not disturb the sweeps")
 {
     LinearSweeps<double> at_rest;
     at_rest.r = (LinearSweeps<double>::Matrix::Identity() - at_rest.M).inverse() * at_rest.c;

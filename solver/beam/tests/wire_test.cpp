@@ -283,7 +283,7 @@ TEST_CASE("the wire in the sheath carries axial force and torque as a bar")
 }
 
 // Its length times EA over itself is a force: a rounding of the wire's 10 m would be 1e-8 N here,
-// and the wire at rest only knows smaller ones.
+// and the wire at rest has only smaller ones.
 TEST_CASE(
     "the growing element's length follows what is out to the last digit however long the wire")
 {

@@ -29,7 +29,7 @@ Partition make_partition(const AmontonsLargeMesh& mesh, int ranks)
         if (METIS_PartGraphKway(&nodes, &weights, start.data(), graph.data(), nullptr, nullptr,
                                 nullptr, &parts, nullptr, nullptr, options, &cut,
                                 part.data()) != METIS_OK)
-            throw std::runtime_error("METIS cannot part the mesh");
+            throw std::runtime_error("METIS cannot partition the mesh");
         for (std::size_t i = 0; i < n; ++i)
             p.rank_of[i] = std::int32_t(part[i]);
     }

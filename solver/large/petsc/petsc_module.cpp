@@ -428,7 +428,7 @@ bool obey(const Order& o)
     return false;
 }
 
-/// One rank's failure while others wait in the same call: nobody may continue waiting.
+/// Failure of one rank while others wait in the same call: ends all of them.
 [[noreturn]] void end_all(const char* what)
 {
     std::fprintf(stderr, "amontons: rank %d of %d: %s; all ranks end\n", world.rank, world.ranks,

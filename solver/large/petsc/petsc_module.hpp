@@ -4,7 +4,7 @@
 
 // What libamontons-petsc.so offers: the matrix of one large solid, on one rank or spread over all
 // ranks of mpirun, and solves with it. Plain C types: the module is opened by dlopen
-// (solver/module.hpp), and who calls it knows neither PETSc nor MPI.
+// (solver/module.hpp), and its callers depend neither on PETSc nor on MPI.
 //
 // Rank 0 runs the program; the others serve: they wait in amontons_petsc_serve for what rank 0
 // asks of all. Numbers of nodes are those of the caller's mesh throughout. A function that returns

@@ -20,7 +20,7 @@ struct View {
     double behind = 0, deep = 0; ///< along `towards_eye` [m]
 };
 
-/// What the drawing of the contacts needs to know of all instants.
+/// Properties of all instants that the drawing of contacts needs.
 struct Contacts {
     double cluster = 0;                         ///< diameter of what one arrow sums [m]
     double arrow = 0;                           ///< length of the largest force's arrow [m]

@@ -52,7 +52,7 @@ Data* read_data(const std::filesystem::path& file, const char* kind, std::string
         error = file.string() + ": no such file";
         return nullptr;
     }
-    // An observer takes VTK's complaints; without one they are passed to stderr and are lost.
+    // An observer receives VTK's error messages, which otherwise would be written to stderr alone.
     vtkNew<vtkCallbackCommand> observer;
     observer->SetClientData(&error);
     observer->SetCallback([](vtkObject*, unsigned long, void* text, void* complaint) {

@@ -53,7 +53,7 @@ using namespace amontons;
 using namespace amontons::vtk_module;
 using Clock = std::chrono::steady_clock;
 
-constexpr unsigned long kLookPause = 5; // between two reads of the stream [ms]
+constexpr unsigned long kPollPeriod = 5; // between two reads of the stream [ms]
 constexpr double kGlass = 0.2, kTransparent = 0.35;
 constexpr double kArrow = 0.15; // of the scene's size: the largest force so far
 constexpr int kLetters = 16;    // [pixels]
@@ -194,7 +194,7 @@ public:
         });
         interactor_->AddObserver(vtkCommand::TimerEvent, event);
         interactor_->AddObserver(vtkCommand::KeyPressEvent, event);
-        interactor_->CreateRepeatingTimer(kLookPause);
+        interactor_->CreateRepeatingTimer(kPollPeriod);
         if (::send(stream_, "R\n", 2, MSG_NOSIGNAL) < 0) return;
         interactor_->Start();
         char text[100];

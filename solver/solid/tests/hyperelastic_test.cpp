@@ -269,7 +269,7 @@ TEST_CASE("nearly incompressible elements have one stiff motion each and not fou
 
 TEST_CASE("a small stiff element far from the origin knows its strain to rounding")
 {
-    // A wall's element: with places of 0.3 m for 1.5 mm it felt strains of 1e-13.
+    // A wall's element: with places of 0.3 m for 1.5 mm it had strains of 1e-13.
     constexpr double kSize = 1.5e-3, kModulus = 1e9, kStrain = 1e-7;
     for (const ElementKind kind : test::kAllKinds) {
         CAPTURE(int(kind));

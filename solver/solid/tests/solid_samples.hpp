@@ -88,7 +88,7 @@ inline SparseMatrix assembled_stiffness(const VolumeMesh& mesh, const SolidPatte
     return K;
 }
 
-/// Moves all nodes that are not on the surface of the box [0, 1]^3 to and fro; a T10's middle
+/// Moves all nodes that are not on the surface of the box [0, 1]^3 back and forth; a T10's middle
 /// nodes too, so that its edges inside are curved.
 inline void shake_inside(VolumeMesh& mesh, Random& random, double distance)
 {

@@ -159,7 +159,7 @@ TEST_CASE("a wire that fills its catheter is held in the middle of the bore" *
             CHECK((c.force - c.normal * normal).norm() <= 0.1 * normal + 1e-9);
         }
     CHECK(in_bore > 0);
-    // Where it lies is where it would with next to no clearance.
+    // It lies where it would with almost no clearance.
     const std::vector<StepRecord> filled = steps_of(
         in_bend(1, 0, 0.02), nullptr, {"bodies.catheter.segments.0.inner_radius=4.445e-4"});
     const std::vector<StepRecord> narrow =
@@ -208,7 +208,7 @@ TEST_CASE("a pigtail comes out of a sheath and back with friction of 0.4" *
           doctest::test_suite("slow"))
 {
     // Newton's method loses half of its error an iteration, and steps become ever shorter, where
-    // the tangent does not know how friction's arms turn about the bore.
+    // the tangent does not contain the rotation of friction's arms about the bore.
     RunSummary sum;
     const std::vector<StepRecord> s = steps_of(R"({"schema": 1, "bodies": {
         "catheter": {"kind": "beam", "instrument": "catheter-5f",

@@ -78,7 +78,7 @@ TEST_CASE("the side of a pressed block rolls onto the floor: no step is halved a
 
 TEST_CASE("a soft block on a slab of larger and far stiffer elements" * doctest::test_suite("slow"))
 {
-    // The slab's few nodes know little of a face that bulges between them: the soft side carries
+    // The slab's few nodes do not resolve a face that bulges between them: the soft side carries
     // the multipliers.
     const auto force = [](const std::string& floor) {
         const Result r = run(fmt::format(
@@ -100,13 +100,13 @@ TEST_CASE("a soft block on a slab of larger and far stiffer elements" * doctest:
 }
 
 TEST_CASE(
-    "a pressed block that its floor alone keeps stable and whose contacts feel means of the gap" *
+    "a pressed block that its floor alone keeps stable and whose contacts are means of the gap" *
     doctest::test_suite("slow"))
 {
     // Its own tangent has up to six negative eigenvalues. Stiffened at single nodes, which means of
-    // the gap do not feel, iterations left 0.95 of the error: refused at 26 % on the rigid box, and
-    // at 21 % on bricks, where an integral that jumped with the corners of a polygon stood in the
-    // way too.
+    // the gap do not contain, iterations left 0.95 of the error: refused at 26 % on the rigid box,
+    // and at 21 % on bricks, where an integral that jumped with the corners of a polygon stood in
+    // the way too.
     for (const auto& [floor, share, steps] : {std::tuple(kRigid, 0.9, 10),
                                               {slab("H8", "[9, 9, 2]"), 1.0, 11},
                                               {slab("T10", "[6, 6, 1]"), 1.0, 11}}) {

@@ -217,7 +217,7 @@ TEST_CASE("a hinge carries no moment about its axis, and all others")
 TEST_CASE("a ring of rods without a load stays where it is, in one step")
 {
     // Places that were computed apart differ by rounding, and a node of each that is held along z
-    // leaves next to nothing of the rows there.
+    // leaves almost nothing of the rows there.
     std::string bodies, couplings;
     const int n = 12;
     const auto corner = [&](int k) {

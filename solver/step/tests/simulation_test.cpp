@@ -305,7 +305,7 @@ TEST_CASE(
     CHECK(halved < int(keep.records.size()) / 8); // [regression] our own run
 }
 
-// Wires in vessels of their own know nothing of each other but the length of the steps.
+// Wires in vessels of their own share nothing but the length of the steps.
 TEST_CASE("two wires in two vessels are the two single runs to the last bit" *
           doctest::test_suite("slow"))
 {

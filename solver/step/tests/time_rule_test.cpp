@@ -257,7 +257,7 @@ TEST_CASE("a block that slides to rest stays there with the midpoint rule")
         const Result r = slide("[0, 0, -9.81]", "[2, 0, 0]", 0.25, h, 1, rule);
         const double way = 2 * 2 / (2 * 0.25 * 9.81);
         CHECK(std::abs(r.value("b_x") - way) < 0.25 * 9.81 * h * h);
-        // Its tilt between four corners, when friction ends, dies away by and by.
+        // Its tilt between four corners, when friction ends, decays gradually.
         for (std::size_t k = 0; k < r.records.size(); ++k)
             CHECK(r.value("b_velocity_x", k) > -1e-6);
         CHECK(std::abs(r.value("b_velocity_x")) < 1e-6);

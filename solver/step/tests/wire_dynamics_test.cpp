@@ -15,7 +15,7 @@ namespace {
 constexpr double kStiffLength = 0.2, kStiffRadius = 1e-3, kStiffEI = 1e-3, kEA = 4000,
                  kDensity = 8000;
 
-/// A wire along x that hangs on its sheath by a first element of next to no stiffness: free.
+/// A wire along x that hangs on its sheath by a first element of almost no stiffness: free.
 WireBody free_wire(std::vector<WireWall> walls = {})
 {
     BeamSegment link;

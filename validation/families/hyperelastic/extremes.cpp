@@ -1,4 +1,4 @@
-// Hyperelastic solids at the ends of what numbers carry: each run converges to its tolerance or
+// Hyperelastic solids at the limits of double precision: each run converges to its tolerance or
 // gives the reason it does not.
 
 #include "validation/families/hyperelastic/hyperelastic.hpp"
@@ -35,13 +35,13 @@ VolumeMesh cube(ElementKind kind, int n, double low, std::vector<double> heights
     return lattice_mesh({graded(1, n, 1), graded(1, n, 1), heights}, kind);
 }
 
-/// What came of some runs.
+/// Results of some runs.
 struct Tally {
     int runs = 0, done = 0, silent = 0;
     double worst = 0, certificate = 0;
     std::string why;
 
-    /// @param reference  of the quantity, of a run that gets there
+    /// @param reference  of the quantity, of a run that converges
     void add(const Scene& scene, const std::string& what, const std::string& quantity,
              double reference)
     {

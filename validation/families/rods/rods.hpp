@@ -48,7 +48,7 @@ RodInput uniform_rod(double length, double EI, double GJ, double EA, double GA, 
 RodLoad end_load(const Vec3& force);
 /// Brings a rod to its balance at a time by Newton's method, in steps of time; where one fails, in
 /// shorter ones.
-/// @throws std::runtime_error  if it does not get there
+/// @throws std::runtime_error  if it does not converge
 void bring_to(RodBody& rod, double& t, double to, int steps);
 
 } // namespace amontons::validation

@@ -218,7 +218,7 @@ std::vector<Measured> euler_columns()
         rows.push_back(relative("critical end torque of a clamped shaft M L/EI, 20 elements",
                                 8.98681892, critical(shaft, nullptr, 7, 11, 0.5, 1e-4), 1e-3));
     }
-    // Beyond the critical load; a push at the middle leads it there, and passes.
+    // Beyond the critical load; a temporary push at the middle starts the buckling.
     struct Post {
         double angle, load, x_end, middle;
     };

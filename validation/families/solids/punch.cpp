@@ -40,7 +40,7 @@ std::vector<double> grown(double length, double cell, double factor)
     return at;
 }
 
-/// A quarter of a cylinder as wide and high as the grading passes, pressed by a plane over the disc
+/// A quarter of a cylinder as wide and high as the grading reaches, pressed by a plane over the disc
 /// of radius a.
 Punch punch(double a, double E, double nu, double depth, double mu, const Grading& g)
 {
@@ -107,7 +107,7 @@ std::vector<Measured> flat_punch()
         const Punch near = punch(a, E, nu, depth, 0, to(20 * a)),
                     far = punch(a, E, nu, depth, 0, to(60 * a));
         const std::string of = fmt::format(", nu {}", nu);
-        // The block's end is felt as a / H.
+        // The block's end has an effect of a / H.
         rows.push_back(relative("force, extrapolated to a half-space" + of, F,
                                 1.5 * far.force - 0.5 * near.force, 3e-3));
         rows.back().note = fmt::format("F / F_exact {:.4f} (H = 20 a), {:.4f} (60 a)",
