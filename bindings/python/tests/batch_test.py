@@ -171,6 +171,10 @@ class BatchTest(Case):
             self.assertTrue(os.path.exists("out/s/study.csv"))
             with self.refused("sweep"):
                 am.study(ball(), sweep={}, quantity="ball_velocity_z", output="out/t")
+            before = sorted(os.listdir("."))
+            kept = am.study(ball(), sweep={"time.step": [0.1, 0.05]}, quantity="ball_velocity_z", reference=-9.81)
+            self.assertEqual([r["value"] for r in kept.rows], [r["value"] for r in study.rows])
+            self.assertEqual(sorted(os.listdir(".")), before)
             with self.assertRaises(am.InputError) as error:
                 am.study("nowhere.json", sweep={"a": [1]}, quantity="b", output="out/t")
             self.assertEqual(error.exception.issues[0]["file"], "nowhere.json")
