@@ -1,7 +1,6 @@
 """What a step reports: read-only views that stay as they are."""
 
 import gc
-import os
 import random
 import resource
 import unittest
@@ -10,7 +9,7 @@ import weakref
 import numpy as np
 
 import amontons as am
-from scenes import Case, block, main, tube_and_wire
+from scenes import SANITIZED, Case, block, main, tube_and_wire
 
 
 class RecordsTest(Case):
@@ -137,7 +136,7 @@ class RecordsTest(Case):
                 self.assertLess(am.certify(p, r=p.reaction).error, 1e-6)
                 self.assertTrue(am.solve(p))
 
-    @unittest.skipIf("san.so" in os.environ.get("LD_PRELOAD", ""), "a sanitizer keeps memory that is given back")
+    @unittest.skipIf(SANITIZED, "a sanitizer keeps memory that is given back")
     def test_memory_stays_when_simulations_are_made_and_given_up(self):
         def some(count):
             for _ in range(count):
