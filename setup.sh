@@ -248,6 +248,25 @@ install_program() {
     *":$folder/bin:"*) ;;
     *) say "The shell does not look there yet: add  export PATH=\"$folder/bin:\$PATH\"  to your ~/.bashrc" ;;
     esac
+    say_where_package_is "$folder"
+}
+
+# Of the package of Python below a prefix, and whether the python3 that it was built for looks there.
+say_where_package_is() {
+    local package site interpreter
+    package="$(find "$1/lib" -path '*-packages/amontons/__init__.py' -print -quit 2>/dev/null)"
+    if [[ -z $package ]]; then
+        say "The package amontons of Python was left out: cmake --preset release states what it lacks."
+        return
+    fi
+    site="${package%/amontons/__init__.py}"
+    interpreter="$(sed -n 's/^AMONTONS_PYTHON_PROGRAM:[A-Z]*=//p' build/release/CMakeCache.txt)"
+    if "$interpreter" -c 'import sys; sys.exit(sys.argv[1] not in sys.path)' "$site"; then
+        say "$interpreter finds the package amontons in $site."
+    else
+        say "$interpreter does not look in $site, where the package amontons is:" \
+            "add  export PYTHONPATH=\"$site\"  to your ~/.bashrc"
+    fi
 }
 
 # A test that lacks its tool would be left out without a word, and the suite would look green.

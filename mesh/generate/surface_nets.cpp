@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <unordered_map>
+#include <unordered_set>
 
 namespace amontons {
 
@@ -25,6 +26,93 @@ struct Crossing { // of a grid edge, from node (x, y, z) along an axis
     std::int8_t axis;
     bool rising; // the function grows along the axis
 };
+
+// The vertices of a cell, one for each sheet of the surface that passes through it. Where the signs
+// of a face's corners alternate, its sides in the free space are parted: the wall goes on.
+struct CellSheets {
+    int count = 0;
+    std::int8_t sheet_of[12]; // of an edge of the cell that is crossed, else -1
+    std::int8_t joined = 0;   // bits of alternating faces of which one sheet has all four edges
+};
+
+// Corner 4 x + 2 y + z has the bit of that number; edge 4 a + side, face 2 a + level for axis a.
+int corner_of(int a, int on_a, int on_b, int on_c)
+{
+    int offset[3];
+    offset[a] = on_a;
+    offset[(a + 1) % 3] = on_b;
+    offset[(a + 2) % 3] = on_c;
+    return 4 * offset[0] + 2 * offset[1] + offset[2];
+}
+
+CellSheets sheets_of(unsigned inside)
+{
+    const auto is_inside = [&](int corner) { return (inside >> corner & 1) != 0; };
+    int sheet[12];
+    std::array<int, 2> ends[12];
+    for (int a = 0; a < 3; ++a)
+        for (int side = 0; side < 4; ++side) {
+            const int e = 4 * a + side;
+            ends[e] = {corner_of(a, 0, side & 1, side >> 1), corner_of(a, 1, side & 1, side >> 1)};
+            sheet[e] = is_inside(ends[e][0]) != is_inside(ends[e][1]) ? e : -1;
+        }
+    const auto unite = [&](int e, int other) {
+        const int from = sheet[e], to = sheet[other];
+        std::replace(sheet, sheet + 12, from, to);
+    };
+    int alternating = 0;
+    std::array<int, 4> edges_of[6];
+    for (int face = 0; face < 6; ++face) {
+        const int a = face / 2, level = face % 2;
+        const auto corner = [&](int k) { // around the face
+            return corner_of(a, level, k % 4 == 1 || k % 4 == 2, k % 4 >= 2);
+        };
+        std::array<int, 4>& edges = edges_of[face]; // from corner k to k + 1
+        for (int k = 0; k < 4; ++k)
+            for (int e = 0; e < 12; ++e)
+                if (ends[e] == std::array{corner(k), corner(k + 1)} ||
+                    ends[e] == std::array{corner(k + 1), corner(k)})
+                    edges[at(k)] = e;
+        const auto crossed =
+            std::count_if(edges.begin(), edges.end(), [&](int e) { return sheet[e] >= 0; });
+        if (crossed == 4) {
+            alternating |= 1 << face;
+            for (int k = 0; k < 4; ++k)
+                if (is_inside(corner(k))) unite(edges[at((k + 3) % 4)], edges[at(k)]);
+        } else if (crossed == 2) {
+            int first = -1;
+            for (int e : edges)
+                if (sheet[e] >= 0) first < 0 ? void(first = e) : unite(e, first);
+        }
+    }
+    CellSheets result;
+    for (int face = 0; face < 6; ++face)
+        if (alternating >> face & 1 && sheet[edges_of[face][0]] == sheet[edges_of[face][1]] &&
+            sheet[edges_of[face][0]] == sheet[edges_of[face][2]] &&
+            sheet[edges_of[face][0]] == sheet[edges_of[face][3]])
+            result.joined |= static_cast<std::int8_t>(1 << face);
+    int number_of[12];
+    std::fill(number_of, number_of + 12, -1);
+    for (int e = 0; e < 12; ++e) {
+        result.sheet_of[e] = -1;
+        if (sheet[e] < 0) continue;
+        int& number = number_of[sheet[e]];
+        if (number < 0) number = result.count++;
+        result.sheet_of[e] = static_cast<std::int8_t>(number);
+    }
+    return result;
+}
+
+const CellSheets& cell_sheets(unsigned inside)
+{
+    static const std::vector<CellSheets> all = [] {
+        std::vector<CellSheets> made;
+        for (unsigned k = 0; k < 256; ++k)
+            made.push_back(sheets_of(k));
+        return made;
+    }();
+    return all[inside];
+}
 
 std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z)
 {
@@ -56,6 +144,17 @@ template <int cells> struct NetNodes { // along an edge, a power of two
     static double reach(double edge) { return kMargin * 0.5 * std::sqrt(3.0) * cells * edge; }
     void forget() { std::fill(f.begin(), f.end(), std::numeric_limits<double>::quiet_NaN()); }
 };
+
+// Bits of the corners of a cell that are in the free space, given its first node.
+template <int cells> unsigned signs_of_cell(const double* first)
+{
+    constexpr const int* stride = NetNodes<cells>::kStride;
+    unsigned inside = 0;
+    for (int corner = 0; corner < 8; ++corner)
+        if (first[(corner >> 2) * stride[0] + (corner >> 1 & 1) * stride[1] + (corner & 1)] > 0)
+            inside |= 1U << corner;
+    return inside;
+}
 
 // Of the signs in the part of a cube that begins at a node and is `size` cells wide.
 // @param reach    as far as that from zero at its middle, they are all the same [m]
@@ -110,8 +209,12 @@ void find_signs(NetNodes<cells>& nodes, int i, int j, int k, double reach, const
 SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
                          double edge, const std::function<bool(const Vec3&)>& part)
 {
+    struct Cell { // of the grid, that the surface crosses
+        std::int32_t first_vertex;
+        const CellSheets* sheets;
+    };
     SurfaceMesh mesh;
-    std::unordered_map<std::uint64_t, std::int32_t> vertex_of;
+    std::unordered_map<std::uint64_t, Cell> cell_at;
     std::vector<Crossing> crossings;
     const Vec3 origin = net_origin(low, edge);
     std::int32_t blocks[3];
@@ -119,7 +222,6 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
         blocks[a] = net_blocks(high[a] - origin[a], edge);
     NetNodes<kNetBlock> nodes;
     std::vector<double>& f = nodes.f;
-    constexpr const int* stride = NetNodes<kNetBlock>::kStride;
 
     // ---- Crossings of the grid's edges, block by block
     const double reach = nodes.reach(edge);
@@ -148,17 +250,19 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                             const int node = nodes.index(i, j, k);
                             const std::int32_t x = kNetBlock * bx + i, y = kNetBlock * by + j,
                                                z = kNetBlock * bz + k;
+                            const unsigned inside = signs_of_cell<kNetBlock>(&f[at(node)]);
+                            const CellSheets& sheets = cell_sheets(inside);
+                            if (sheets.count == 0) continue;
                             // Crossings of the 12 edges of this cell; the three at its first
                             // node are recorded, each edge is so by one cell.
-                            Vec3 sum = Vec3::Zero();
-                            int count = 0;
+                            std::array<Vec3, 4> sum;
+                            sum.fill(Vec3::Zero());
+                            std::array<int, 4> count{};
                             for (int a = 0; a < 3; ++a)
                                 for (int side = 0; side < 4; ++side) {
+                                    const int sheet = sheets.sheet_of[4 * a + side];
+                                    if (sheet < 0) continue;
                                     const int b = (a + 1) % 3, c = (a + 2) % 3;
-                                    const int n0 =
-                                        node + (side & 1) * stride[b] + (side >> 1) * stride[c];
-                                    const bool rising = f[at(n0 + stride[a])] > 0;
-                                    if ((f[at(n0)] > 0) == rising) continue;
                                     std::array<int, 3> end{i, j, k};
                                     end[at(b)] += side & 1;
                                     end[at(c)] += side >> 1;
@@ -169,17 +273,19 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                                     p[a] = f0 / (f0 - f1);
                                     p[b] = side & 1;
                                     p[c] = side >> 1;
-                                    sum += p;
-                                    ++count;
+                                    sum[at(sheet)] += p;
+                                    ++count[at(sheet)];
                                     if (side == 0)
-                                        crossings.push_back(
-                                            {x, y, z, static_cast<std::int8_t>(a), rising});
+                                        crossings.push_back({x, y, z, static_cast<std::int8_t>(a),
+                                                             (inside & 1) == 0});
                                 }
-                            if (count == 0) continue;
-                            vertex_of.emplace(cell_key(x, y, z),
-                                              static_cast<std::int32_t>(mesh.points.size()));
-                            mesh.points.push_back(
-                                corner + edge * (Vec3{1.0 * i, 1.0 * j, 1.0 * k} + sum / count));
+                            cell_at.emplace(
+                                cell_key(x, y, z),
+                                Cell{static_cast<std::int32_t>(mesh.points.size()), &sheets});
+                            for (std::size_t sheet = 0; sheet < at(sheets.count); ++sheet)
+                                mesh.points.push_back(corner +
+                                                      edge * (Vec3{1.0 * i, 1.0 * j, 1.0 * k} +
+                                                              sum[sheet] / count[sheet]));
                         }
             }
 
@@ -196,9 +302,12 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
             std::int32_t cell[3] = {c.x, c.y, c.z};
             cell[(c.axis + 1) % 3] -= back[corner][0];
             cell[(c.axis + 2) % 3] -= back[corner][1];
-            const auto found = vertex_of.find(cell_key(cell[0], cell[1], cell[2]));
-            whole = whole && found != vertex_of.end();
-            if (whole) quad[corner] = found->second;
+            const auto found = cell_at.find(cell_key(cell[0], cell[1], cell[2]));
+            whole = whole && found != cell_at.end();
+            if (!whole) continue;
+            const int edge_of_cell = 4 * c.axis + back[corner][0] + 2 * back[corner][1];
+            quad[corner] =
+                found->second.first_vertex + found->second.sheets->sheet_of[edge_of_cell];
         }
         if (!whole) continue; // at the border of the box
         if (!c.rising) std::swap(quad[1], quad[3]);
@@ -217,9 +326,9 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
     return mesh;
 }
 
-// Each edge of the grid that the surface crosses makes two triangles. Their sides, but for the one
-// between them, cross the faces of the grid at that edge: where all four edges of a face are
-// crossed, four triangles have a side in common.
+// Each edge of the grid that the surface crosses makes two triangles. Sides of these, but for the
+// one between them, cross the faces of the grid at that edge: where all four edges of a face are
+// crossed, and belong to one sheet in both of its cells, four triangles have a side in common.
 NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, const Vec3& high,
                             double edge)
 {
@@ -229,29 +338,40 @@ NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, con
         cubes[a] = (net_blocks(high[a] - origin[a], edge) * kNetBlock + kNetCube - 1) / kNetCube;
     NetNodes<kNetCube> nodes;
     NetsPrediction found;
-    const auto look_at = [&](int i, int j, int k) {
-        constexpr const int* stride = NetNodes<kNetCube>::kStride;
-        const double* const first = &nodes.f[at(nodes.index(i, j, k))];
-        const auto inside = [&](int node) { return first[node] > 0; };
-        for (int a = 0; a < 3; ++a) {
-            const int along = stride[a], b = stride[(a + 1) % 3], c = stride[(a + 2) % 3];
-            for (int place = 0; place < 12; ++place) { // twelve faces across this axis
-                const int node = place / 4 * along + place % 2 * b + place / 2 % 2 * c;
-                const bool here = inside(node);
-                if (here == inside(node + b + c) && here != inside(node + b) &&
-                    here != inside(node + c))
-                    found.manifold = false; // signs alternate
-                if (place < 8 && here != inside(node + along)) found.triangles += 2;
+    std::unordered_set<std::uint64_t> joined[3]; // faces across each axis, by the cell behind them
+    std::int32_t cube[3];
+    const auto look_at_cell = [&](int i, int j, int k) {
+        const unsigned inside = signs_of_cell<kNetCube>(&nodes.f[at(nodes.index(i, j, k))]);
+        const CellSheets& sheets = cell_sheets(inside);
+        found.euler += sheets.count;
+        for (int a = 0; a < 3; ++a)
+            if (sheets.sheet_of[4 * a] >= 0) {
+                found.triangles += 2;
+                --found.euler;
             }
+        for (int face = 0; sheets.joined >> face != 0; ++face) {
+            if ((sheets.joined >> face & 1) == 0) continue;
+            std::int32_t cell[3] = {kNetCube * cube[0] + i, kNetCube * cube[1] + j,
+                                    kNetCube * cube[2] + k};
+            cell[face / 2] += face % 2;
+            if (!joined[face / 2].insert(cell_key(cell[0], cell[1], cell[2])).second)
+                found.manifold = false;
         }
+    };
+    const auto look_at = [&](int i, int j, int k) {
+        for (int part = 0; part < 8; ++part)
+            look_at_cell(i + (part >> 2), j + (part >> 1 & 1), k + (part & 1));
     };
     for (std::int32_t x = 0; x < cubes[0] && found.manifold; ++x)
         for (std::int32_t y = 0; y < cubes[1] && found.manifold; ++y)
             for (std::int32_t z = 0; z < cubes[2] && found.manifold; ++z) {
                 nodes.forget();
+                cube[0] = x;
+                cube[1] = y;
+                cube[2] = z;
                 const auto value = [&](int i, int j, int k) { // at a node of surface_nets()
-                    const auto block = [](std::int32_t cube, int n) {
-                        return 1.0 * (kNetCube / kNetBlock * cube + n / kNetBlock);
+                    const auto block = [](std::int32_t of_cube, int n) {
+                        return 1.0 * (kNetCube / kNetBlock * of_cube + n / kNetBlock);
                     };
                     const Vec3 corner =
                         origin + kNetBlock * edge * Vec3{block(x, i), block(y, j), block(z, k)};

@@ -21,6 +21,7 @@ constexpr double kFieldSpacing = 0.2;             // spacing of the field over t
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
 constexpr double kShallowest = 0.35;              // angle between a branch and its parent [rad]
+constexpr double kSteepestTaper = 0.45; // of radius over length: nets allow for that (kMargin)
 
 std::vector<Issue> vessel_issues(const VesselOptions& o)
 {
@@ -38,6 +39,18 @@ std::vector<Issue> vessel_issues(const VesselOptions& o)
     positive("/ascending_length", o.ascending_length);
     positive("/ascending_diameter", o.ascending_diameter);
     positive("/blend", o.blend);
+    const auto tapers = [&](const std::string& place, double from, double to, double length) {
+        const double slope = std::abs(to - from) / (2 * length);
+        if (length > 0 && slope > kSteepestTaper)
+            issues.push_back({"", place,
+                              "a radius that changes by " + number_text(slope) + " of the length",
+                              "at most " + number_text(kSteepestTaper) + " of it"});
+    };
+    tapers("/descending_diameter", o.descending_diameter[0], o.descending_diameter[1],
+           o.descending_length);
+    tapers("/arch_diameter", o.descending_diameter[1], o.arch_diameter[1],
+           o.arch_radius * o.arch_angle);
+    tapers("/ascending_diameter", o.arch_diameter[1], o.ascending_diameter, o.ascending_length);
     if (!(o.resolution >= 0) || !std::isfinite(o.resolution))
         issues.push_back({"", "/resolution", std::to_string(o.resolution), ">= 0 [m]"});
     if (!(o.arch_angle > 0 && o.arch_angle <= 2 * std::numbers::pi))
@@ -59,6 +72,7 @@ std::vector<Issue> vessel_issues(const VesselOptions& o)
         positive(place + "/length", b.length);
         positive(place + "/diameter/0", b.root_diameter);
         positive(place + "/diameter/1", b.end_diameter);
+        tapers(place + "/diameter", b.root_diameter, b.end_diameter, b.length);
         if (b.name.empty() || !names.insert(b.name).second)
             issues.push_back({"", place + "/name", '"' + b.name + '"', "a name of its own"});
         if (!(b.at >= 0 && b.at <= o.arch_radius * o.arch_angle))
@@ -244,24 +258,37 @@ void refuse_many_triangles(const VesselOptions& o, double edge)
                   ": shorter parts, or a larger smallest diameter, blend or resolution"}});
 }
 
-// Made when they are asked for; that they can be made is found out at once.
+SurfaceMesh make_triangles(const Stubs& s, double edge)
+{
+    const ImplicitSurface surface = s.surface();
+    return trim_openings(surface_nets(surface, s.low, s.high, edge), surface, s.openings, edge,
+                         s.reach);
+}
+
+// Made when they are asked for; that they can be made is found out at once. Joined tubes are one
+// part without handles, or branches grow into one another: then the handles stay, however small
+// the triangles are.
 VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double edge)
 {
-    for (int attempt = 0; attempt < 3; ++attempt, edge *= 0.7) {
-        const NetsPrediction all = predict_nets(stubs->surface(), stubs->low, stubs->high, edge);
-        if (!all.manifold) continue;
-        return {Late<SurfaceMesh>{[stubs, edge] {
-                    const Stubs& s = *stubs;
-                    const ImplicitSurface surface = s.surface();
-                    return trim_openings(surface_nets(surface, s.low, s.high, edge), surface,
-                                         s.openings, edge, s.reach);
-                }},
-                Late<std::size_t>{[stubs, edge, all] {
-                    const Stubs& s = *stubs;
-                    return count_trimmed(all.triangles, s.surface(), s.low, s.high, s.openings,
-                                         edge, s.reach);
-                }}};
+    constexpr int kAttempts = 3;
+    NetsPrediction all[kAttempts];
+    double edges[kAttempts];
+    const auto made = [&](int attempt) {
+        return VesselTriangles{
+            Late<SurfaceMesh>{[stubs, e = edges[attempt]] { return make_triangles(*stubs, e); }},
+            Late<std::size_t>{[stubs, e = edges[attempt], n = all[attempt].triangles] {
+                const Stubs& s = *stubs;
+                return count_trimmed(n, s.surface(), s.low, s.high, s.openings, e, s.reach);
+            }}};
+    };
+    for (int k = 0; k < kAttempts; ++k, edge *= 0.7) {
+        edges[k] = edge;
+        all[k] = predict_nets(stubs->surface(), stubs->low, stubs->high, edge);
+        if (all[k].manifold && all[k].euler == 2) return made(k);
     }
+    if (std::all_of(all, all + kAttempts,
+                    [&](const NetsPrediction& p) { return p.manifold && p.euler == all[0].euler; }))
+        return made(0);
     throw InputError({Issue{"", "/branches", "two walls nearer to each other than the triangles",
                             "a smaller resolution, or branches farther apart"}});
 }
@@ -331,11 +358,14 @@ WallModel make_vessel(const VesselOptions& o)
         reach.push_back(stub.back() + 2 * opening.radius);
     }
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
-    const VesselTriangles seeds = triangles_of(stubs, fine);
-    const auto [mesh, count] = o.resolution > 0 ? triangles_of(stubs, edge) : seeds;
+    const auto [mesh, count] = triangles_of(stubs, edge);
+    // From where nearest points of the wall are searched for: what joins there does no harm.
+    const Late<SurfaceMesh> seeds =
+        o.resolution > 0 ? Late<SurfaceMesh>{[stubs, fine] { return make_triangles(*stubs, fine); }}
+                         : mesh;
 
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds.mesh);
+    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
     Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
     axes.col(2) = o.axis.normalized();

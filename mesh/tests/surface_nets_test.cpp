@@ -18,6 +18,23 @@ ImplicitSurface two_balls(const Vec3& a, const Vec3& b)
             }};
 }
 
+/// Free within a radius of the line from a to b.
+ImplicitSurface capsule(const Vec3& a, const Vec3& b, double radius)
+{
+    const auto foot = [=](const Vec3& x) {
+        const double t = (x - a).dot(b - a) / (b - a).squaredNorm();
+        return Vec3{a + std::clamp(t, 0.0, 1.0) * (b - a)};
+    };
+    return {[=](const Vec3& x) { return radius - (x - foot(x)).norm(); },
+            [=](const Vec3& x) { return Vec3{foot(x) + radius * (x - foot(x)).normalized()}; }};
+}
+
+std::int64_t euler_number(const SurfaceMesh& mesh) // of a closed one
+{
+    return static_cast<std::int64_t>(mesh.points.size()) -
+           static_cast<std::int64_t>(mesh.triangles.size() / 2);
+}
+
 bool is_manifold(const SurfaceMesh& mesh)
 {
     std::set<std::pair<std::int32_t, std::int32_t>> edges;
@@ -33,18 +50,52 @@ TEST_CASE("the number of triangles of nets and edges of four faces are predicted
 {
     int manifold = 0, others = 0;
     for (const double edge : {0.13, 0.1, 0.077})
-        for (int k = 0; k < 12; ++k) {
-            const Vec3 a{0.1, 0.2, 0.3}, towards = Vec3{1, 0.17 * k, 0.9 - 0.2 * k}.normalized();
-            const ImplicitSurface balls = two_balls(a, a + (1.96 + 0.02 * k) * towards);
+        for (int k = 0; k < 36; ++k) {
+            const Vec3 a{0.1, 0.2, 0.3}, towards = Vec3{1, 0.06 * k, 0.9 - 0.07 * k}.normalized();
+            const ImplicitSurface balls = two_balls(a, a + (1.96 + 0.006 * k) * towards);
             const Vec3 low = Vec3::Constant(-3.2), high = Vec3::Constant(3.5);
             const SurfaceMesh mesh = surface_nets(balls, low, high, edge);
             const NetsPrediction predicted = predict_nets(balls, low, high, edge);
             CHECK(predicted.manifold == is_manifold(mesh));
-            if (predicted.manifold) CHECK(predicted.triangles == mesh.triangles.size());
+            if (predicted.manifold) {
+                CHECK(predicted.triangles == mesh.triangles.size());
+                CHECK(predicted.euler == euler_number(mesh));
+            }
             ++(predicted.manifold ? manifold : others);
         }
     CHECK(manifold > 5);
     CHECK(others > 5);
+}
+
+TEST_CASE("nets of a tube that just touches planes of the grid are one closed part")
+{
+    // Seen along a plane that cuts little off it, a tube across the grid is a narrow strip whose
+    // nodes alternate. The grid's planes are 0.1 apart, the strip is higher in each round.
+    const Vec3 low = Vec3::Constant(-1.2), high{3, 1.2, 3};
+    for (int k = 0; k < 40; ++k) {
+        const ImplicitSurface tube = capsule(Vec3::Zero(), {1.7, 0, 1.5}, 0.4 + 0.0025 * k);
+        const SurfaceMesh mesh = surface_nets(tube, low, high, 0.1);
+        const NetsPrediction predicted = predict_nets(tube, low, high, 0.1);
+        CHECK(is_manifold(mesh));
+        CHECK(predicted.manifold);
+        CHECK(predicted.euler == 2);
+        CHECK(euler_number(mesh) == 2);
+    }
+}
+
+TEST_CASE("handles between walls that the grid does not part are counted")
+{
+    // Two parallel tubes joined at one end; the wall between them is half a cell thick.
+    const ImplicitSurface a = capsule({0, 0, 0}, {2, 0.1, 0.7}, 0.4),
+                          b = capsule({0, 0.85, 0}, {2, 0.95, 0.7}, 0.4),
+                          across = capsule({0, 0, 0}, {0, 0.85, 0}, 0.4);
+    const ImplicitSurface joined{[&](const Vec3& x) {
+                                     return std::max({a.value(x), b.value(x), across.value(x)});
+                                 },
+                                 [](const Vec3& x) { return x; }};
+    const Vec3 low{-1, -1, -1}, high{3, 2, 2};
+    CHECK(predict_nets(joined, low, high, 0.1).euler != 2);
+    CHECK(predict_nets(joined, low, high, 0.03).euler == 2);
 }
 
 TEST_CASE("nets are the same bits whether values far from the surface are examined or not")

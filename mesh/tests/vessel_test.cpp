@@ -208,8 +208,60 @@ TEST_CASE("a vessel that its triangles cannot follow is refused before they are 
     o.branches = {{"a", 0.036, 0.008, 0.008, 0.05}, {"b", 0.046, 0.008, 0.008, 0.05}};
     o.blend = 0.001;
     CHECK_NOTHROW(make_vessel(o));
+    // Side by side, about a millimetre between them.
+    o.branches[1] = {"b", 0.0445, 0.008, 0.008, 0.05, std::numbers::pi / 2 + 0.21};
+    o.blend = 0.0002;
+    CHECK_NOTHROW(make_vessel(o));
     o.resolution = 0.004;
     CHECK_THROWS_WITH_AS(make_vessel(o), doctest::Contains("nearer to each other"), InputError);
+}
+
+TEST_CASE("a vessel whose branches just touch planes of the grid has triangles of any size")
+{
+    VesselOptions o;
+    o.descending_length = 0.117;
+    o.descending_diameter[0] = 0.0153;
+    o.descending_diameter[1] = o.arch_diameter[0] = 0.0172;
+    o.arch_radius = 0.046;
+    o.arch_diameter[1] = 0.0226;
+    o.ascending_diameter = 0.025;
+    int finer = 0;
+    for (int k = 0; k < 12; ++k) {
+        const double d = 0.008 + 1e-4 * k;
+        o.branches = {{"a", 0.062, d, 0.95 * d, 0.068, 1.42},
+                      {"b", 0.085, d, 0.97 * d, 0.068, 1.64},
+                      {"c", 0.114, d, 0.9 * d, 0.042, 1.94},
+                      {"d", 0.137, d, d, 0.042, 2.18}};
+        std::size_t before = 0;
+        for (const double resolution : {0.003, 0.002}) {
+            o.resolution = resolution;
+            const WallModel model = make_vessel(o);
+            finer += before > 0 && *model.triangle_count < 1.9 * static_cast<double>(before);
+            before = *model.triangle_count;
+            if (k % 4 > 0) continue;
+            const WallSurfaceReport report = report_surface(model);
+            CHECK(report.odd_edges == 0);
+            CHECK(report.rims == 5);
+            CHECK(report.wrong_way == 0);
+        }
+    }
+    CHECK(finer == 0); // each has the size that was asked for
+}
+
+TEST_CASE("a vessel that widens faster than its triangles can follow is refused")
+{
+    VesselOptions o = default_vessel();
+    o.ascending_length = 0.001;
+    o.ascending_diameter = 0.030;
+    o.branches[0].length = 0.002;
+    try {
+        make_vessel(o);
+        FAIL("accepted");
+    } catch (const InputError& error) {
+        REQUIRE(error.issues().size() == 2);
+        CHECK(error.issues()[0].place == "/ascending_diameter");
+        CHECK(error.issues()[1].place == "/branches/0/diameter");
+    }
 }
 
 TEST_CASE("a vessel that cannot be is refused with all that is wrong")

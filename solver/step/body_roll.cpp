@@ -33,7 +33,7 @@ struct UnseenTurns {
 UnseenTurns unseen_turns(const Mat3& seen_now, const Mat3& seen_before)
 {
     constexpr double kUnseen = 1e-9;
-    const auto axes = [](const Mat3& seen) {
+    const auto axes = [&](const Mat3& seen) {
         const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(seen));
         return Eigen::Matrix3Xd(e.vectors.leftCols((e.values.array() <= kUnseen).count()));
     };

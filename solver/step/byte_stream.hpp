@@ -45,11 +45,17 @@ public:
     template <class T> T value()
     {
         static_assert(std::is_trivially_copyable_v<T>);
-        if (bytes_.size() - at_ < sizeof(T)) refuse("an end within a value");
-        T v;
-        std::memcpy(&v, bytes_.data() + at_, sizeof v);
-        at_ += sizeof v;
-        return v;
+        if constexpr (std::is_same_v<T, bool>) { // any other byte in a bool is undefined
+            const auto v = value<unsigned char>();
+            if (v > 1) refuse("neither true nor false");
+            return v == 1;
+        } else {
+            if (bytes_.size() - at_ < sizeof(T)) refuse("an end within a value");
+            T v;
+            std::memcpy(&v, bytes_.data() + at_, sizeof v);
+            at_ += sizeof v;
+            return v;
+        }
     }
     /// A vector of at most `most` elements.
     template <class T> std::vector<T> vector(std::size_t most)

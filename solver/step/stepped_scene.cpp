@@ -1,5 +1,6 @@
 #include "solver/step/stepped_scene.hpp"
 
+#include "mesh/base/file.hpp"
 #include "solver/output/contact_bodies.hpp"
 #include "solver/scene/plan.hpp"
 #include "solver/scene/read.hpp"
@@ -23,7 +24,7 @@ std::string walls_text(const Scene& scene)
     return resolved_scene(only);
 }
 
-constexpr char kStateMark[8] = {'a', 'm', 'o', 'n', 's', 't', '0', '1'};
+constexpr char kStateMark[8] = {'a', 'm', 'o', 'n', 's', 't', '0', '2'};
 
 } // namespace
 
@@ -143,24 +144,30 @@ std::string SteppedScene::save() const
                                      record_ ? bytes_of(record_->step) : std::vector<std::byte>{},
                                  state = simulation_->save();
     const auto size = std::uint64_t(told.size());
+    std::uint64_t hash = 0; // of all behind it
     std::string all(kStateMark, sizeof kStateMark);
-    all.reserve(all.size() + sizeof size + told.size() + state.size());
+    all.reserve(all.size() + sizeof hash + sizeof size + told.size() + state.size());
+    all.append(sizeof hash, '\0');
     all.append(reinterpret_cast<const char*>(&size), sizeof size);
     all.append(reinterpret_cast<const char*>(told.data()), told.size());
     all.append(reinterpret_cast<const char*>(state.data()), state.size());
+    hash = hash_bytes(std::string_view(all).substr(sizeof kStateMark + sizeof hash));
+    std::memcpy(all.data() + sizeof kStateMark, &hash, sizeof hash);
     return all;
 }
 
 void SteppedScene::restore(std::string_view text)
 {
-    std::uint64_t size = 0;
-    constexpr std::size_t kHead = sizeof kStateMark + sizeof size;
+    std::uint64_t hash = 0, size = 0;
+    constexpr std::size_t kHashed = sizeof kStateMark + sizeof hash, kHead = kHashed + sizeof size;
     const auto refuse = [](const char* found) {
         throw InputError({{"", "state", found, "what save gave, of the same scene"}});
     };
     if (text.size() < kHead || std::memcmp(text.data(), kStateMark, sizeof kStateMark) != 0)
         refuse("other bytes");
-    std::memcpy(&size, text.data() + sizeof kStateMark, sizeof size);
+    std::memcpy(&hash, text.data() + sizeof kStateMark, sizeof hash);
+    if (hash != hash_bytes(text.substr(kHashed))) refuse("bytes that were changed or are missing");
+    std::memcpy(&size, text.data() + kHashed, sizeof size);
     if (size > text.size() - kHead) refuse("bytes that end early");
     const auto* first = reinterpret_cast<const std::byte*>(text.data()) + kHead;
     Record record;

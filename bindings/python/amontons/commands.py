@@ -5,6 +5,7 @@ from __future__ import annotations
 import json
 import os
 import subprocess
+import tempfile
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -85,12 +86,12 @@ def _asks_function(scene):
 
 
 def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Sequence], quantity: str,
-          reference: str | float = "finest", output: str | os.PathLike, jobs: int = 1, max_time: float | None = None) -> Study:
+          reference: str | float = "finest", output: str | os.PathLike | None = None, jobs: int = 1, max_time: float | None = None) -> Study:
     """Runs a scene with every combination of the values, each in a process of its own (docs/studies.md).
 
     scene: a file, a Scene or a dict; what is no file as it stands is written to OUTPUT.json. sweep:
     {"time.step": [0.1, 0.05]}. quantity: a name of a run's quantities. reference: "finest", a number or a file.
-    output: the folder; a study that is there continues. max_time: wall time of a run [s].
+    output: the folder; a study that is there continues. Without one its files are not kept. max_time: wall time of a run [s].
 
     {"contact_solver.function": ["", "mine"]} compares ours with one of register_solver. Where a scene or the sweep names
     functions, all its runs are made in this process, one after another (jobs: 1), and their times begin with the scene's
@@ -98,6 +99,9 @@ def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Seq
 
     Returns a Study. Raises InputError, or SolveFailed if no run got there.
     """
+    if output is None:
+        with tempfile.TemporaryDirectory(prefix="amontons-study-") as kept:
+            return study(scene, sweep=sweep, quantity=quantity, reference=reference, output=os.path.join(kept, "study"), jobs=jobs, max_time=max_time)
     output = os.fspath(output)
     if not isinstance(sweep, Mapping) or not sweep:
         refuse("sweep", repr(sweep)[:60], '{"PATH": [values]}')

@@ -163,6 +163,8 @@ def read_fclib(path: str | os.PathLike) -> ContactProblem:
 
 def write_fclib(path: str | os.PathLike, problem: ContactProblem, solution: Any = None, *, title: str = "") -> None:
     """Writes a problem, with a ContactSolution or a reaction (m,), as an FCLib file. InputError, WriteError."""
+    if not isinstance(problem, ContactProblem):
+        refuse("problem", f"a {type(problem).__name__}", "a ContactProblem", "contact problem")
     need_fclib()
     r = u = None
     if solution is not None:

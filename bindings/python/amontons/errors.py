@@ -27,6 +27,9 @@ class SolveFailed(RuntimeError):
 class WriteError(OSError):
     """A file could not be written; `filename` is it."""
 
+    def __str__(self):  # OSError's own states only what it has a number for
+        return str(self.args[0]) if len(self.args) == 1 else super().__str__()
+
 
 class ModuleMissing(ImportError):
     """A part that is installed apart is not there; the message states what to install."""

@@ -86,7 +86,7 @@ def xray(what: Any, camera: Camera, size: tuple[int, int] = (256, 256), *, atten
     except (TypeError, ValueError):
         refuse("what", f"a {type(what).__name__}", "a Simulation, a Batch, or (n, 3) finite points")
     if points.ndim != 2 or points.shape[1] != 3 or not np.isfinite(points).all():
-        refuse("what", f"shape {points.shape}", "a Simulation, a Batch, or (n, 3) finite points")
+        refuse("what", f"shape {points.shape}" if points.ndim != 2 or points.shape[1] != 3 else "numbers that are not finite", "a Simulation, a Batch, or (n, 3) finite points")
     if radius is None or not isinstance(radius, (int, float, np.integer, np.floating)) or not (np.isfinite(radius) and radius > 0):
         refuse("radius", f"{radius!r}", "> 0 [m]")
     return _native.xray_of_line(points, float(radius), *options)

@@ -123,8 +123,12 @@ class Run:
     def manifest(self) -> dict[str, Any]:
         """manifest.json as a dict (docs/outputs.md)."""
         def read():
-            with open(os.path.join(self.folder, "manifest.json"), encoding="utf-8") as stream:
-                return json.load(stream)
+            file = os.path.join(self.folder, "manifest.json")
+            with open(file, encoding="utf-8") as stream:
+                try:
+                    return json.load(stream)
+                except ValueError as error:  # no JSON, or no UTF-8
+                    refuse("", str(error), "JSON, as a run writes it", file)
         return self._once("manifest", read)
 
     @property

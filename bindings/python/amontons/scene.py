@@ -32,7 +32,7 @@ class Scene:
     def __init__(self, source: str | os.PathLike | Mapping, *, set: Mapping[str, Any] = {},
                  folder: str | os.PathLike | None = None):
         if isinstance(source, Mapping):
-            text = to_json(source, "scene")
+            text = to_json(source, "", "scene")
             file = "scene" if folder is None else os.path.join(os.fspath(folder), "scene")
         elif isinstance(source, (str, os.PathLike)):
             file = os.fspath(source)

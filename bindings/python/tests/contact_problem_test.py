@@ -149,6 +149,9 @@ class ContactProblemTest(Case):
             with self.assertRaises(am.WriteError) as error:
                 am.write_fclib("nowhere/p.hdf5", p)
             self.assertIn("nowhere/p.hdf5", error.exception.filename)
+            self.assertRegex(str(error.exception), "nowhere/p.hdf5.*(written|No such)")
+            with self.refused("problem", "int"):
+                am.write_fclib("p.hdf5", 3)
             self.assertIsInstance(error.exception, OSError)
 
     def test_a_missing_module_says_what_to_install(self):

@@ -64,6 +64,12 @@ class RunsTest(Case):
             for wrong in ("nowhere", "."):
                 with self.refused("", "manifest"):
                     am.read_run(wrong)
+            with open("broken.json", "w") as stream:
+                stream.write("{")
+            os.mkdir("broken")
+            os.rename("broken.json", "broken/manifest.json")
+            with self.refused(""):
+                am.read_run("broken").manifest
 
     def test_a_run_that_was_stopped_is_gone_on_with_from_its_folder(self):
         with folder():

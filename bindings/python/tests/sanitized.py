@@ -1,6 +1,7 @@
 """What validation/robustness.sh runs with the module under sanitizers.
 
     sanitized.py views      10 000 steps, views kept at random: nothing is read that no longer exists, nothing changes
+    sanitized.py refusals   wrong use of all kinds: an exception each, and what was right goes on
     sanitized.py threads    8 threads in one vessel: the bits of one alone
 """
 
@@ -57,6 +58,42 @@ def views(steps=10000):
     print(f"{taken} steps, {len(kept)} views at the end as they were")
 
 
+def refusals(rounds=300):
+    rng = random.Random(2)
+    sim = am.Simulation(pushed_to_and_fro(1000))
+    closed = am.Simulation(pushed_to_and_fro(1000))
+    with closed:
+        closed.step(3)
+    raised = {}
+
+    def wrong(kinds, work):
+        try:
+            work()
+        except kinds as error:
+            raised[type(error).__name__] = raised.get(type(error).__name__, 0) + 1
+        else:
+            raise AssertionError("not refused")
+
+    W, q = np.eye(3), np.array([-1.0, 1, 0])
+    for _ in range(rounds):
+        state, before = sim.save(), sim.step().contacts.force.copy()
+        k, bit = rng.randrange(len(state)), 1 << rng.randrange(8)
+        wrong(am.InputError, lambda: sim.restore(state[:k] + bytes([state[k] ^ bit]) + state[k + 1:]))
+        wrong(am.InputError, lambda: sim.restore(state[:k]))
+        wrong(am.InputError, lambda: sim.inputs.__setitem__("wire.insertion", rng.choice([np.nan, np.inf, -1.0, 1e9, "x", None])))
+        wrong(am.InputError, lambda: sim.advance(rng.choice([np.nan, -1.0, np.inf, 1e9])))
+        wrong(am.InputError, lambda: sim.set(rng.choice(["no.field", "bodies.wire", "time.step"]), {"a": 1}))
+        wrong((am.InputError, TypeError), lambda: sim.step(rng.choice([0, -1, 1.5, "x", None, 10**30])))
+        wrong(RuntimeError, lambda: rng.choice([closed.step, closed.save, closed.fork, lambda: closed.record, lambda: closed.inputs["wire.twist"]])())
+        wrong(am.InputError, lambda: am.solve(rng.choice([np.eye(4), np.full((3, 3), np.nan), W[0], np.eye(3) * 1j]), q, 0.5))
+        wrong(am.InputError, lambda: am.Scene({"schema": 1, "bodies": {"a": {"kind": rng.choice(["bem", 3, None])}}}))
+        sim.restore(state)
+        np.testing.assert_array_equal(sim.step().contacts.force, before)
+    wrong(RuntimeError, lambda: sim.run(on_step=lambda record: sim.step()))
+    wrong(ZeroDivisionError, lambda: sim.run(on_step=lambda record: 1 / 0))
+    print(f"{sim.record.step} steps between refusals: {raised}")
+
+
 def threads(count=8, until=3.0):
     scene = am.Scene(VESSEL)
 
@@ -81,4 +118,4 @@ def threads(count=8, until=3.0):
 
 
 if __name__ == "__main__":
-    {"views": views, "threads": threads}[sys.argv[1]](*(float(a) if "." in a else int(a) for a in sys.argv[2:]))
+    {"views": views, "refusals": refusals, "threads": threads}[sys.argv[1]](*(float(a) if "." in a else int(a) for a in sys.argv[2:]))

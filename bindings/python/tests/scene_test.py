@@ -55,7 +55,7 @@ class SceneTest(Case):
         self.assertTrue(all.issues[0]["file"] == "scene")
 
     def test_what_is_no_scene_is_refused(self):
-        for wrong, place in ((7, "source"), (None, "source"), ({"a": {1, 2}}, "scene"), ({"a": float("nan")}, "scene")):
+        for wrong, place in ((7, "source"), (None, "source"), ({"a": {1, 2}}, "/a"), ({"a": float("nan")}, "/a")):
             with self.refused(place):
                 am.Scene(wrong)
         with folder():
@@ -67,6 +67,23 @@ class SceneTest(Case):
                 am.Scene("latin")
             with self.refused(""):
                 am.Scene(".")
+        for place, found, value in (("/time/step", "nan", np.nan), ("/gravity/1", "inf", (0.0, np.array(np.inf), 0)), ("/title", "object", object()),
+                                    ("/contact/0", "loop", None), ("", "key", (1, 2))):
+            wrong = dict(block(), contact=[])
+            if place == "/contact/0":
+                wrong["contact"].append(wrong["contact"])
+            elif place == "":
+                wrong[value] = 1
+            else:
+                names = place.split("/")[1:]
+                if names[0] == "time":
+                    wrong["time"] = dict(wrong["time"], step=value)
+                else:
+                    wrong[names[0]] = value
+            with self.refused(place, found) as refused:
+                am.Scene(wrong)
+            self.assertEqual(refused.issues[0]["place"], place)
+            self.assertEqual(refused.issues[0]["file"], "scene")
         for wrong in ({"time.end": object()}, {"time.end": float("inf")}, [("time.end", 1)]):
             with self.refused(""):
                 am.Scene(block(), set=wrong)

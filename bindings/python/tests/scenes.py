@@ -59,6 +59,10 @@ def ball(**more):
             "gravity": [0, 0, -9.81], "time": {"kind": "dynamic", "step": 0.1, "end": 1}, **more}
 
 
+#: What is loaded before the interpreter keeps memory that is given back.
+SANITIZED = "san.so" in os.environ.get("LD_PRELOAD", "")
+
+
 @contextlib.contextmanager
 def folder():
     """A folder of its own, which is the current one meanwhile, with the examples in it."""

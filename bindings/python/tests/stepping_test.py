@@ -69,6 +69,11 @@ class SteppingTest(Case):
             self.assertEqual(other.save(), state)
             self.assertEqual([bits(other.step()) for _ in range(5)], rest)
             sim.restore(state)
+            for changed in (state[:-8], state + b"8 bytes.", *(state[:k] + bytes([state[k] ^ 1]) + state[k + 1:]
+                                                               for k in range(0, len(state), len(state) // 40))):
+                with self.refused("state"):
+                    sim.restore(changed)
+            self.assertEqual(sim.save(), state)
             fork = sim.fork()
             self.assertEqual([bits(fork.step()) for _ in range(5)], rest)
             self.assertEqual(sim.save(), state)

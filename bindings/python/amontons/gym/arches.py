@@ -1,9 +1,14 @@
 """Aortic arches of types I to VII, drawn from published means and deviations.
 
-Numbers are those of the generator of stEVE (github.com/lkarstensen/stEVE, commit 8c6c6eb2, folder
-eve/intervention/vesseltree; MIT), whose types are those of the anatomical literature (I: three branches; II: left
-carotid from the brachiocephalic trunk, "bovine"; V: aberrant right subclavian; ...). It has no type III, and neither
-have we. The shapes are those of the generator "vessel" of a scene, not stEVE's Hermite splines: the arch lies in a
+Types are those of Natsis et al. 2009 (Surg Radiol Anat 31:319, 633 angiographies): I, brachiocephalic trunk, left carotid, left
+subclavian; II, the left carotid from the trunk ("bovine"); III, a left vertebral artery between carotid and subclavian; IV, the
+carotids in common after the right subclavian; V, the right subclavian last; VI, carotids and subclavians in common; VII, four
+vessels without a trunk. Numbers are those of the generator of stEVE (github.com/lkarstensen/stEVE, commit 8c6c6eb2, folder
+eve/intervention/vesseltree; MIT), but for type III, which it does not have: that is its type I with the vertebral artery of
+Woraputtaporn et al. 2019 (Anat Sci Int 94:275, 14 that leave the arch: outer diameter 4.36 +- 0.93 mm, length before the
+spine 82.4 +- 10.9 mm). How far it is from its neighbours no source states: it leaves half-way between them.
+
+The shapes are those of the generator "vessel" of a scene, not stEVE's Hermite splines: the arch lies in a
 plane, half a circle between straight parts, and branches are straight and part from one another in that plane; ways to branches, which stEVE counts from
 the end of the aorta, are counted from the end of the half circle. Carotids and subclavians that leave a trunk there
 are not modelled: the trunk ends open where they would begin.
@@ -15,7 +20,7 @@ import numpy as np
 
 from .._arguments import refuse
 
-TYPES = ("I", "II", "IV", "V", "VI", "VII")
+TYPES = ("I", "II", "III", "IV", "V", "VI", "VII")
 
 #: Points of the aorta's centreline [mm], mean and deviation, from the inlet on: z is up, the arch ends at the last.
 AORTA_POINTS = (((30, 0, 90), (2, 1, 3)), ((20, -40, 160), (1.5, 3, 2)), ((-5, -60, 100), (1, 2, 1)))
@@ -30,11 +35,15 @@ BRANCHES = {
     "left_carotid": ((10, 0.33), (0.5, 0.2), None, 0.2),
     "right_subclavian": ((10, 0.33), (0, 0), (50, 1), 0.1),
     "left_subclavian": ((10, 0.33), (1, 0.33), (50, 2), 0.1),
+    "left_vertebral": ((4.36, 0.93), (0, 0), None, 0.1),
 }
+#: Lengths of branches of which these are known, instead of heights [mm].
+LENGTHS = {"left_vertebral": (82.4, 10.9)}
 #: Way along the aorta from its end to the first branch, and from each to the next [mm].
 ORDER = {
     "I": (("brachiocephalic", (36, 5)), ("left_carotid", (16, 4)), ("left_subclavian", (28, 3))),
     "II": (("brachiocephalic", (36, 3)), ("left_subclavian", (41, 2.5))),
+    "III": (("brachiocephalic", (36, 5)), ("left_carotid", (16, 4)), ("left_vertebral", (14, 2.1)), ("left_subclavian", (14, 2.1))),
     "IV": (("right_subclavian", (42, 5)), ("common_trunk", (20, 4)), ("left_subclavian", (38, 3))),
     "Va": (("brachiocephalic", (36, 3)), ("left_subclavian", (41, 2.5)), ("right_subclavian", (20, 1))),
     "Vb": (("right_carotid", (50, 2.5)), ("left_carotid", (22, 3)), ("left_subclavian", (26, 2.5)), ("right_subclavian", (20, 1))),
@@ -43,6 +52,8 @@ ORDER = {
 }
 TOP = 230  # mm, where carotids end
 WIDEST_ROOT = 0.9  # of the arch: the common trunk is wider in some draws
+LEAST_DIAMETERS = {"left_vertebral": 2.5}  # mm, at the end; of others 4
+STEEPEST_TAPER = 0.45  # of radius over length: what the generator takes
 ANGLES = (0.5, 2.6)  # rad, of a take-off from the arch: flatter ones make no edge
 MOST_DRAWS = 1000  # of an arch, before a type is given up
 
@@ -108,7 +119,10 @@ def _draw(order, rng, width, height, diameter, blend):
         # Upwards, as its direction's mean is, would be at / radius; in one plane they must also part.
         angle = np.clip(0.5 * (at / radius + np.pi / 2) + rng.normal(0, tilt), *ANGLES)
         reached = descending + radius * np.sin(min(at / radius, np.pi))
-        length = (TOP * height - reached if up is None else normal(up) * height) - 0.5 * widths[2]
+        if name in LENGTHS:
+            length = normal(LENGTHS[name]) * height
+        else:
+            length = (TOP * height - reached if up is None else normal(up) * height) - 0.5 * widths[2]
         branches.append({"name": name, "at": at, "diameter": [d0, d1], "length": length, "angle": angle})
     surface = {"generate": "vessel", "descending_length": descending, "descending_diameter": widths[:2],
                "arch_radius": radius, "arch_diameter": [widths[1], 0.5 * (widths[2] + widths[3])],
@@ -124,11 +138,15 @@ def _possible(s):
     arch = np.pi * s["arch_radius"]
     if not (s["descending_length"] > 0 and s["ascending_length"] > 0 and 2 * s["arch_radius"] > 1.05 * max(s["arch_diameter"])):
         return False
+    if s["ascending_diameter"] - s["arch_diameter"][1] > 2 * STEEPEST_TAPER * s["ascending_length"]:
+        return False
     before = None
     for b in s["branches"]:
         if not (0.1 * arch < b["at"] < 0.95 * arch):
             return False
-        if not (b["length"] > 10 and 4 < b["diameter"][1] and b["diameter"][0] < 0.95 * min(s["arch_diameter"])):
+        if not (b["length"] > 10 and LEAST_DIAMETERS.get(b["name"], 4) < b["diameter"][1] and b["diameter"][0] < 0.95 * min(s["arch_diameter"])):
+            return False
+        if b["diameter"][0] - b["diameter"][1] > 2 * STEEPEST_TAPER * b["length"]:
             return False
         # On the outer wall, where branches are farther apart than on the centreline.
         if before is not None:

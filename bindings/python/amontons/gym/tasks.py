@@ -81,7 +81,8 @@ TASKS = {t.name: t for t in (
     # Theirs is one patient's aorta, not here: instead one arch of type I at its means, with the branches it has.
     Task("basic_wire_nav", (BENCH_WIRE,), types=("mean",), targets=("brachiocephalic", "left_carotid", "left_subclavian")),
     Task("arch_variety", (BENCH_WIRE,), types=("I",), scales=((0.7, 1.3), (0.85, 0.85)),
-         targets=("left_carotid", "right_carotid", "left_subclavian", "right_subclavian", "brachiocephalic", "common_trunk"),
+         targets=("left_carotid", "right_carotid", "left_subclavian", "right_subclavian", "brachiocephalic", "common_trunk",
+                  "left_vertebral"),
          view=(0.44, np.radians(25), 0)),
     # Theirs is one patient's arteries up to the head, not here: the same instruments in the arch of examples/catheter.
     Task("dual_device_nav", (MICRO_WIRE, MICRO_CATHETER), targets=("left_carotid", "brachiocephalic"), between=0.001,
