@@ -82,21 +82,23 @@ struct SeenDistance {
 
 /// Appends contacts of a curve with a surface of gap <= reach: at its stations, and between them
 /// where the surface bulges into the curve and is curved more than twice as much (edges, small
-/// balls), or more than the curve if the contact is `known`. Of smooth walls stations are enough.
-/// @param known  ids that were found before, ascending
+/// balls). Of smooth walls stations are enough: where the surface is curved more than the curve, but
+/// less than that, its gap contains an overlap that is allowed, at most the surface's own sagitta
+/// between the stations.
 /// @param first  stations before it are left out
 /// @param seen   of a surface that stands still and is no steeper than a wall: what is known of it
 ///               from earlier calls. The result is the same without.
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
-                   std::span<const std::int64_t> known, std::vector<CurveContact>& out,
-                   std::size_t first = 0, std::vector<SeenDistance>* seen = nullptr);
+                   std::vector<CurveContact>& out, std::size_t first = 0,
+                   std::vector<SeenDistance>* seen = nullptr);
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
-/// touches itself where its arc between is longer than three radii.
-/// @param known  ids that were found before, ascending
+/// touches itself where its arc between is longer than three radii. What lies between stations along
+/// each other and a crossing is both in part: their gaps contain an overlap that is allowed, at most
+/// 0.01125 of the two radii.
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
-                 std::span<const std::int64_t> known, std::vector<CurveContact>& out);
+                 std::vector<CurveContact>& out);
 
 /// The ids that a contact of two curves may have next, where its places move on along them; those
 /// that have moved least first.
