@@ -170,8 +170,8 @@ struct Pair {
         if (p.t > 0 || (first && !a.closed)) return spacing[e];
         return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
-    /// The share of a crossing that has it already, 0: none. Two whole rows at one place would share
-    /// a force, and pass it to and fro as the crossing moves.
+    /// The share of a crossing that has it already, 0: none. Two whole rows at one place would
+    /// share a force, and pass it to and fro as the crossing moves.
     double beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
         if (crossed.empty()) return 0;
@@ -264,8 +264,7 @@ struct Pair {
                                    kAlong * (own.radius + piece.radius))
                 return;
             add(pa, pb, id * kPlaces + bin(to, q) + (all_angles ? kEnds : 0), swapped && slides,
-                !swapped && slides,
-                crossing > 0 ? overlap_allowed(pa, pb, 1 - crossing) : 0);
+                !swapped && slides, crossing > 0 ? overlap_allowed(pa, pb, 1 - crossing) : 0);
         });
     }
 };

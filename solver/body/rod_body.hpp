@@ -77,6 +77,9 @@ public:
     /// True of a place that the sheath still holds, or that lies between two nodes of which it
     /// holds both.
     bool in_sheath(const CurvePlace& at) const;
+    /// Where a contact force on a place acts: what touches the rod in its sheath moves it along and
+    /// about itself, which the section at the sheath's end does too.
+    StencilEntry acting_place(const CurvePlace& at) const;
     /// Along the rod into the scene, what pushes it out of its sheath, at the accepted state [N].
     double push_force() const { return push_; }
     /// What turns its base about the sheath, at the accepted state [N m].

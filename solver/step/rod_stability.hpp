@@ -20,8 +20,9 @@ struct UnstableBalance {
 };
 
 /// Looks whether an accepted balance of rods at rest has a negative mode on the motions that its
-/// contacts allow (docs/theory/rods.md). Nothing where other bodies can move, too, and in a medium.
-/// Rods whose contacts hold them count as stable afterwards.
+/// contacts allow (docs/theory/rods.md). Nothing in a medium. Where other bodies can move, too, they
+/// are taken to stand still: what is found is an unstable balance all the more, but not each is
+/// found. Rods alone whose contacts hold them count as stable afterwards.
 /// @param step  that ended there
 /// Cost: nothing where all rods are stable by themselves; else a linearisation and a factor.
 std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput& step,

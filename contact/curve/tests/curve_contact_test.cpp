@@ -96,7 +96,8 @@ TEST_CASE("rods along each other touch at the stations while nearly parallel one
     }
 }
 
-TEST_CASE("nearly parallel rods touch at stations, then at their crossing, in between at both in part")
+TEST_CASE(
+    "nearly parallel rods touch at stations, then at their crossing, in between at both in part")
 {
     const Curve b = straight_curve({-1, 0, 0}, {1, 0, 0}, 20, 0.01);
     const auto crossing = [&](double way, double shift) { // of the two radii, between two stations
@@ -119,8 +120,8 @@ TEST_CASE("nearly parallel rods touch at stations, then at their crossing, in be
                 if (&c == &other || apart > 0.099) continue; // beyond the next station
                 CHECK(share < 1);
                 const double away = apart * way * 0.2; // sideways, as two straight lines
-                CHECK(other.gap == doctest::Approx(std::hypot(0.02, away) - 0.02 + share * sag)
-                                       .epsilon(0.02));
+                CHECK(other.gap ==
+                      doctest::Approx(std::hypot(0.02, away) - 0.02 + share * sag).epsilon(0.02));
             }
         }
         CHECK(crossings == (way > 0.2 ? 1 : 0));
@@ -341,7 +342,8 @@ TEST_CASE("what bulges into a curve between stations sets in without a jump as i
         const double radius = R / sharper - 0.01; // of the ball: its offset has R / sharper
         const CurvePiece& p = a.pieces[1];
         const Vec3 middle = p.at(0.5), inwards = -middle.normalized();
-        const double to_chord = (middle - 0.5 * (p.x0 + p.x1)).norm(), half = (p.x1 - p.x0).norm() / 2;
+        const double to_chord = (middle - 0.5 * (p.x0 + p.x1)).norm(),
+                     half = (p.x1 - p.x0).norm() / 2;
         const double height = std::sqrt(R * R / (sharper * sharper) - half * half);
         const Vec3 centre = middle + (to_chord + height) * inwards;
         const auto ball = [&](const Vec3& x) {
@@ -362,8 +364,8 @@ TEST_CASE("what bulges into a curve between stations sets in without a jump as i
         const double allowed = bulge->gap + overlap;
         if (sharper > 2) CHECK(std::abs(allowed) < 1e-9);
         if (sharper < 2) // the ball's own sagitta where it is as bent as the arc, nothing at twice
-            CHECK(allowed == doctest::Approx(half * half / 2 / R * sharper * (2 - sharper))
-                                 .epsilon(0.03));
+            CHECK(allowed ==
+                  doctest::Approx(half * half / 2 / R * sharper * (2 - sharper)).epsilon(0.03));
         CHECK((bulge->gap > 0) == (sharper < 1.6)); // there the two are equal: (1 + root of 5) / 2
     }
 }
