@@ -15,7 +15,7 @@ namespace {
 
 constexpr double kAway = 3;      // radii of arc between two places of one curve that may touch
 constexpr double kBulge = 1e-6;  // of the radius: what a surface does between two stations
-constexpr double kSharper = 2;   // ... whose curvature is so many times the curve's: in full
+constexpr double kSharper = 2;   // ... whose curvature is so many times the curve's
 constexpr double kBeyond = 1e-9; // of a piece: a place at its end is on it
 constexpr double kAcross = 0.3;  // sideways way between stations, of the radii: more is a crossing,
 constexpr double kAlmost = 0.2;  // ... and less is none; between the two it is one in part
@@ -347,8 +347,8 @@ std::vector<CurvePlace> stations(const Curve& curve, double spacing)
 
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
-                   std::vector<CurveContact>& out, std::size_t first,
-                   std::vector<SeenDistance>* seen)
+                   std::span<const std::int64_t> known, std::vector<CurveContact>& out,
+                   std::size_t first, std::vector<SeenDistance>* seen)
 {
     // ---- Distance and contact at a place
     struct Found {
@@ -362,14 +362,13 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         f.gap = f.wall.distance - piece.radius;
         return f;
     };
-    const auto add = [&](const CurvePlace& p, const Found& f, std::int64_t id, bool slides,
-                         double allowed) {
+    const auto add = [&](const CurvePlace& p, const Found& f, std::int64_t id, bool slides) {
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
         CurveContact c;
         c.a = p;
         c.b.piece = -1;
         c.normal = f.wall.normal;
-        c.gap = f.gap + allowed;
+        c.gap = f.gap;
         c.point = piece.at(p.t) - (piece.radius + 0.5 * f.gap) * f.wall.normal;
         c.curvature = f.wall.hessian;
         c.id = id;
@@ -397,7 +396,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         if (!at[i].bound) look_at(i);
     }
     for (std::size_t i = first; i < stations.size(); ++i)
-        if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false, 0);
+        if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
 
     // ---- Places of least distance between stations
     // Between two stations: where the distance stops falling and begins to grow.
@@ -444,18 +443,17 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
             s0 = s1;
         }
         if (!best || best_found.gap > reach) continue;
-        // Of smooth walls the stations are enough, and their contacts do not wander. A wall that is
-        // hardly sharper than the curve may bulge by what it does beyond a straight one, and less
-        // the sharper it is; one whose place has nearly reached a station, by rounding.
+        const std::int64_t id = kBulges + std::int64_t(i);
+        const bool met = std::binary_search(known.begin(), known.end(), id);
+        // Of smooth walls the stations are enough, and their contacts do not wander.
         const Vec3 along = piece.slope(best->t);
         const double wall = along.dot(best_found.wall.hessian * along),
                      own = std::abs(best_found.wall.normal.dot(piece.bend(best->t)));
-        const double rise = std::min(f0.gap, f1.gap) - best_found.gap;
-        if (!(wall > own && rise > 0)) continue;
-        const double part = end - p.t;
-        double allowed = std::max(kBulge * piece.radius - rise, 0.0);
-        if (wall < kSharper * own) allowed += 0.125 * part * part * wall * (kSharper - wall / own);
-        add(*best, best_found, kBulges + std::int64_t(i), true, allowed);
+        // A contact that was found stays where it is closed as its neighbours are, but for
+        // rounding.
+        if (wall > (met ? 1 : kSharper) * own &&
+            best_found.gap < std::min(f0.gap, f1.gap) + (met ? 1 : -1) * kBulge * piece.radius)
+            add(*best, best_found, id, true);
     }
 }
 

@@ -82,16 +82,15 @@ struct SeenDistance {
 
 /// Appends contacts of a curve with a surface of gap <= reach: at its stations, and between them
 /// where the surface bulges into the curve and is curved more than twice as much (edges, small
-/// balls). Of smooth walls stations are enough: where the surface is curved more than the curve, but
-/// less than that, its gap contains an overlap that is allowed, at most the surface's own sagitta
-/// between the stations.
+/// balls), or more than the curve if the contact is `known`. Of smooth walls stations are enough.
+/// @param known  ids that were found before, ascending
 /// @param first  stations before it are left out
 /// @param seen   of a surface that stands still and is no steeper than a wall: what is known of it
 ///               from earlier calls. The result is the same without.
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
-                   std::vector<CurveContact>& out, std::size_t first = 0,
-                   std::vector<SeenDistance>* seen = nullptr);
+                   std::span<const std::int64_t> known, std::vector<CurveContact>& out,
+                   std::size_t first = 0, std::vector<SeenDistance>* seen = nullptr);
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
 /// touches itself where its arc between is longer than three radii. What lies between stations along

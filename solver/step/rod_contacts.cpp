@@ -100,6 +100,16 @@ private:
 
 namespace {
 
+/// What an iteration has found is known to those that follow.
+template <class Contact, class Id>
+void remember(const std::vector<Contact>& found, Id id, std::vector<std::int64_t>& known)
+{
+    for (const Contact& c : found)
+        known.push_back(id(c));
+    std::sort(known.begin(), known.end());
+    known.erase(std::unique(known.begin(), known.end()), known.end());
+}
+
 /// The rod's side of a contact, the only one so far.
 BodyContact of_rod(const CurveContact& c, const RodBody& rod, const ContactPair& p, int pair,
                    BodyContacts& out)
@@ -132,10 +142,8 @@ void ContactFinder::rod_on_solid(const std::vector<BodyRef>& bodies, int pair, B
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
     touch_faces(own, p.stations, {p.surface_b->outside, p.surface_b->sharp, solid.places()},
                 solid.mesh().nodes, reach_, known, found);
-    for (const CurveOnFaces& c : found) // an iteration's are known to those that follow
-        known.push_back(c.curve.id);
-    std::sort(known.begin(), known.end());
-    known.erase(std::unique(known.begin(), known.end()), known.end());
+    remember(
+        found, [](const CurveOnFaces& c) { return c.curve.id; }, known);
     for (const CurveOnFaces& c : found) {
         if (rod.in_sheath(c.curve.a)) continue; // which leads through the solid
         BodyContact k = of_rod(c.curve, rod, p, pair, out);
@@ -153,6 +161,7 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     const RodBody& rod = *bodies[std::size_t(p.a)].rod;
     const Curve own = rod.curve();
     std::vector<CurveContact> found;
+    std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
     if (p.b < 0) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
         const std::span<const CurvePlace> stations = touching_stations(rod, p);
@@ -163,15 +172,17 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
         touch_surface(
             own, stations,
             [&wall, hint = WallHint()](const Vec3& x) mutable { return wall.sample(x, hint); },
-            reach_, found, first, &seen_[std::size_t(pair)]);
+            reach_, known, found, first, &seen_[std::size_t(pair)]);
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
         touch_surface(own, touching_stations(rod, p), distance_from(*rigid, rigid->placement()),
-                      reach_, found);
+                      reach_, known, found);
     } else if (p.b == p.a) {
         touch_curve(own, rod.stations(), own, reach_, found);
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
         touch_curve(own, rod.stations(), second->curve(), reach_, found);
     }
+    remember(
+        found, [](const CurveContact& c) { return c.id; }, known);
     // No force moves what is held: where it touches within rounding it is left alone, and deeper it
     // is an overlap that nothing can prevent.
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
