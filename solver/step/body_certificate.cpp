@@ -18,6 +18,13 @@ constexpr double kNothing = 1e-14;     // of the largest body's size
 constexpr double kAlone = 1e-2;        // of the tolerance
 constexpr double kUncontrolled = 1e-5; // share of a mode's size that contacts see of it
 
+/// Crossings of rods wander along them, and change their numbers: by the trapezoid rule none of
+/// them is new, nor left.
+bool is_of_crossing_rods(const BodySystem& system, const BodyContact& c)
+{
+    return system.refs[std::size_t(c.a)].rod && is_crossing(c.id);
+}
+
 } // namespace
 
 /// The certificate of r_ with u in place of W r + q.
@@ -199,8 +206,7 @@ void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        const Eigen::MatrixXd unconstrained =
-            unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
+        const Eigen::MatrixXd unconstrained = unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
             report_.remarks.push_back(
                 fmt::format("{}: no contact controls its {}; it stays where it is",
@@ -311,7 +317,7 @@ void BodyStepper::fill_report()
             const auto known = system_.warm_friction.find(key(c));
             if (known != system_.warm_friction.end())
                 mean = 0.5 * (tangential + known->second);
-            else
+            else if (!is_of_crossing_rods(system_, contact))
                 mean *= 0.5;
             if (!tangential.isZero(0)) friction_[key(c)] = tangential;
         }
@@ -331,13 +337,12 @@ void BodyStepper::note_friction_before()
     rubbed_.stencil = list_.stencil;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         if (const BodyContact& k = list_.contact[std::size_t(c)];
-            system_.warm_friction.count(key(c)) > 0)
+            system_.warm_friction.count(key(c)) > 0 && !is_of_crossing_rods(system_, k))
             rubbed_.contact.push_back(k);
 }
 
 /// By the trapezoid rule the friction where a step begins acts through half of it also at contacts
-/// that are none at its end: the force has passed on, to a place of which half is missing too. So
-/// it is with crossings of rods, which wander along them and change their numbers.
+/// that are none at its end: the force has passed on, to a place of which half is missing too.
 double BodyStepper::friction_of_departed() const
 {
     std::set<BodySystem::Key> now;
