@@ -17,9 +17,11 @@ constexpr double kAway = 3;      // radii of arc between two places of one curve
 constexpr double kBulge = 1e-6;  // of the radius: what a surface does between two stations
 constexpr double kSharper = 2;   // ... whose curvature is so many times the curve's
 constexpr double kBeyond = 1e-9; // of a piece: a place at its end is on it
-constexpr double kAcross = 0.3;  // sideways way between stations, of the radii: less is no crossing
-constexpr double kMetStays = 0.2; // ... of one that was found
-constexpr double kAlong = 0.6;    // ... and more no line
+constexpr double kAcross = 0.3;  // sideways way between stations, of the radii: more is a crossing,
+constexpr double kAlmost = 0.2;  // ... and less is none; between the two it is one in part
+constexpr double kAlong = 0.6;   // ... and more no line
+// Of the radii: straight lines of that way that touch at two stations overlap by it between these.
+constexpr double kSag = kAcross * kAcross / 8;
 constexpr double kOffset = 0.382; // where a number changes: not at nodes, nor half-way
 
 // Kinds of contact within a pair.
@@ -142,6 +144,7 @@ struct Pair {
     std::map<std::int64_t, std::size_t> made{}; // place in out by id: no two of one id
     struct Crossing {
         double arc_b, gap; // [m]
+        double share;      // of a whole one
     };
     std::multimap<double, Crossing> crossed{}; // by arc length along a [m]
 
@@ -167,31 +170,45 @@ struct Pair {
         if (p.t > 0 || (first && !a.closed)) return spacing[e];
         return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
-    /// A crossing has it already: two rows at one place would share a force and exchange it as the
-    /// crossing moves.
-    bool beside_crossing(const CurvePlace& p, const CurvePlace& q) const
+    /// The share of a crossing that has it already, 0: none. Two whole rows at one place would share
+    /// a force and exchange it as the crossing moves.
+    double beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
-        if (crossed.empty()) return false;
+        if (crossed.empty()) return 0;
         const double s = arc_at(a, p), t = arc_at(b, q), near = spacing_at(p), gap = gap_at(p, q);
+        double share = 0;
         const auto within = [&](double from, double to) {
             for (auto c = crossed.lower_bound(from); c != crossed.end() && c->first <= to; ++c)
-                if (arc_between(b, c->second.arc_b, t) <= near && c->second.gap <= gap) return true;
-            return false;
+                if (arc_between(b, c->second.arc_b, t) <= near && c->second.gap <= gap)
+                    share = std::max(share, c->second.share);
         };
         const double all = a.start.back();
-        return within(s - near, s + near) ||
-               (a.closed && (within(s - near + all, all) || within(0, s + near - all)));
+        within(s - near, s + near);
+        if (a.closed) {
+            within(s - near + all, all);
+            within(0, s + near - all);
+        }
+        return share;
     }
-    void cross(const CurvePlace& p, const CurvePlace& q, std::int64_t id)
+    /// What the surfaces may overlap by at a contact that is one in part [m]: as much as it lacks.
+    /// So its force sets in at zero, and the same places have the same contacts, whatever the path.
+    double overlap_allowed(const CurvePlace& p, const CurvePlace& q, double share) const
+    {
+        return (1 - share) * kSag *
+               (a.pieces[std::size_t(p.piece)].radius + b.pieces[std::size_t(q.piece)].radius);
+    }
+    /// @param share  of a crossing, above 0
+    void cross(const CurvePlace& p, const CurvePlace& q, std::int64_t id, double share)
     {
         const double gap = gap_at(p, q);
         if (!(gap <= reach)) return;
-        crossed.emplace(arc_at(a, p), Crossing{arc_at(b, q), gap});
-        if (same()) crossed.emplace(arc_at(b, q), Crossing{arc_at(a, p), gap});
-        add(p, q, id, true, true);
+        crossed.emplace(arc_at(a, p), Crossing{arc_at(b, q), gap, share});
+        if (same()) crossed.emplace(arc_at(b, q), Crossing{arc_at(a, p), gap, share});
+        add(p, q, id, true, true, overlap_allowed(p, q, share));
     }
+    /// @param allowed  what may overlap [m]
     void add(const CurvePlace& p, const CurvePlace& q, std::int64_t id, bool slides_a,
-             bool slides_b)
+             bool slides_b, double allowed = 0)
     {
         const CurvePiece &one = a.pieces[std::size_t(p.piece)],
                          &two = b.pieces[std::size_t(q.piece)];
@@ -202,7 +219,7 @@ struct Pair {
         c.a = p;
         c.b = q;
         c.normal = d / distance;
-        c.gap = gap;
+        c.gap = gap + allowed;
         c.point = y + (two.radius + 0.5 * gap) * c.normal;
         c.id = id;
         c.slides_a = slides_a;
@@ -210,7 +227,7 @@ struct Pair {
         const auto [at, fresh] = made.emplace(id, out.size());
         if (fresh)
             out.push_back(c);
-        else if (gap < out[at->second].gap)
+        else if (c.gap < out[at->second].gap)
             out[at->second] = c;
     }
     /// A point of `from` against the whole of `to`.
@@ -239,13 +256,14 @@ struct Pair {
             }
             const CurvePlace &pa = swapped ? q : p, &pb = swapped ? p : q;
             if (!may_touch(pa, pb)) return;
-            if (!all_angles && beside_crossing(pa, pb)) return;
+            const double crossing = all_angles ? 0 : beside_crossing(pa, pb);
+            if (crossing == 1) return;
             if (same() && !all_angles && arc_at(a, pa) > arc_at(b, pb)) return; // seen from there
             if (!all_angles && spacing[std::size_t(p.piece)] * sine(slope, piece.slope(q.t)) >
                                    kAlong * (own.radius + piece.radius))
                 return;
             add(pa, pb, id * kPlaces + bin(to, q) + (all_angles ? kEnds : 0), swapped && slides,
-                !swapped && slides);
+                !swapped && slides, crossing > 0 ? overlap_allowed(pa, pb, 1 - crossing) : 0);
         });
     }
 };
@@ -438,7 +456,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
 }
 
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
-                 std::span<const std::int64_t> known, std::vector<CurveContact>& out)
+                 std::vector<CurveContact>& out)
 {
     const double r_a = thickest(a), r_b = thickest(b);
     Pair pair{a, b, reach, spacings(a, stations), out};
@@ -454,14 +472,10 @@ void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Cur
             const CurvePlace one{e, (*y)[0]}, two{f, (*y)[1]};
             if (!pair.may_touch(one, two)) return;
             const std::int64_t id = kCrossings + bin(a, one) * kPlaces + bin(b, two);
-            const auto was_there = [&](std::int64_t k) {
-                return std::binary_search(known.begin(), known.end(), k);
-            };
-            const bool met = was_there(id) || std::ranges::any_of(neighbours(id), was_there);
-            if (pair.spacing[std::size_t(e)] * sine(p.slope(one.t), q.slope(two.t)) <
-                (met ? kMetStays : kAcross) * (p.radius + q.radius))
-                return;
-            pair.cross(one, two, id);
+            const double sideways = pair.spacing[std::size_t(e)] *
+                                    sine(p.slope(one.t), q.slope(two.t)) / (p.radius + q.radius);
+            const double share = std::min((sideways - kAlmost) / (kAcross - kAlmost), 1.0);
+            if (share > 0) pair.cross(one, two, id, share);
         });
     }
     for (std::size_t i = 0; i < stations.size(); ++i)

@@ -94,10 +94,11 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    std::size_t first = 0, std::vector<SeenDistance>* seen = nullptr);
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
-/// touches itself where its arc between is longer than three radii.
-/// @param known  ids that were found before, ascending
+/// touches itself where its arc between is longer than three radii. What lies between stations along
+/// each other and a crossing is both in part: their gaps contain an overlap that is allowed, at most
+/// 0.01125 of the two radii.
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
-                 std::span<const std::int64_t> known, std::vector<CurveContact>& out);
+                 std::vector<CurveContact>& out);
 
 /// The ids that a contact of two curves may have next, where its places move on along them; those
 /// that have moved least first.

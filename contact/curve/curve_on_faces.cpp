@@ -198,18 +198,15 @@ CurveContact contact_at(const CurvePiece& piece, const CurvePlace& place, const 
 /// Places where the curve crosses sharp edges, its round ends are on them, or it is on their ends.
 /// Wherever its middle line is outside, no edge may be in the curve.
 void touch_edges(const Curve& a, const SharpSurface& b, const FineNodes& fine, double reach,
-                 std::span<const std::int64_t> known, std::vector<CurveOnFaces>& out)
+                 std::vector<CurveOnFaces>& out)
 {
     std::set<std::int32_t> points; // corners that are contacts already
     const std::vector<EdgeCurve> edges = edge_curves(b);
     for (std::size_t k = 0; k < edges.size(); ++k) {
         const EdgeCurve& e = edges[k];
         const std::int64_t shift = std::int64_t(k) * kChains;
-        std::vector<std::int64_t> own; // what of this chain is known
-        for (const std::int64_t id : known)
-            own.push_back(id - shift);
         std::vector<CurveContact> found;
-        touch_curve(a, {}, e.curve, reach, own, found);
+        touch_curve(a, {}, e.curve, reach, found);
         for (CurveContact& c : found) {
             if (!(c.normal.dot(e.outwards[std::size_t(c.b.piece)]) > 0)) continue;
             const std::array<StencilEntry, 4> nodes = e.at(c.b);
@@ -287,7 +284,7 @@ void touch_faces(const Curve& a, std::span<const FaceStation> stations, const Sh
     const FineNodes fine(a, feet, round, known);
     const std::size_t first = out.size();
     const bool whole = stations.size() > 1;
-    if (whole) touch_edges(a, b, fine, reach, known, out);
+    if (whole) touch_edges(a, b, fine, reach, out);
     std::vector<double> crossed; // by arc length [m]
     for (std::size_t k = first; k < out.size(); ++k)
         crossed.push_back(arc_at(a, out[k].curve.a));

@@ -438,8 +438,10 @@ double RodBody::imbalance(const Eigen::VectorXd& force)
     if (force.size() == missing.size()) missing += force;
     if (step_.dynamic && material_ && (broken_ || base_off() > 0)) return infinite;
     held_ = held_at(now_, step_.end());
-    for (const Held& h : held_)
-        if (!(h.move.norm() * (step_.dynamic ? step_.h : 1) <= 1e-9 * size_)) return 1;
+    for (const Held& h : held_) {
+        const double way = std::hypot(h.move.head<3>().norm(), size_ * h.move.tail<3>().norm());
+        if (!(way * (step_.dynamic ? step_.h : 1) <= 1e-9 * size_)) return 1;
+    }
     missing = per_force * projected(missing);
     double most = 0, scale = force_size(now_, load_);
     for (Eigen::Index i = 0; i < missing.size(); i += 6) {

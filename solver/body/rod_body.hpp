@@ -79,6 +79,9 @@ public:
     Curve curve_before() const; ///< the same at the start of the step
     /// True of a place in the sheath, or between two nodes that the sheath holds.
     bool in_sheath(const CurvePlace& at) const;
+    /// Where a contact force on a place acts: of a place in the sheath that is the section at the
+    /// sheath's end, which slides and turns with it.
+    StencilEntry acting_place(const CurvePlace& at) const;
     /// Force of the feed on the rod's base, > 0 out of the sheath, at the accepted state [N].
     double push_force() const { return push_; }
     /// Torque of the feed on the rod's base, about the sheath, at the accepted state [N m].

@@ -92,6 +92,13 @@ bool RodBody::in_sheath(const CurvePlace& at) const
     return at.t <= 0 ? at.piece < n : at.piece + 1 < n;
 }
 
+StencilEntry RodBody::acting_place(const CurvePlace& at) const
+{
+    if (material_ && at.piece < sheath_.node && sheath_.node < rod_.element_count())
+        return {sheath_.node, 0.0};
+    return {at.piece, at.t};
+}
+
 Vec3 RodBody::along_sheath() const
 {
     return first_axis(rod_.nodes[0].q);

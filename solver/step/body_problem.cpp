@@ -296,7 +296,7 @@ bool BodyStepper::exceeds_motion_bound()
 {
     if (step_.dynamic || rows_.count == 0) return false;
     for (std::size_t b = 0; b < bodies(); ++b) {
-        const double way = y_[b].size() > 0 ? y_[b].lpNorm<Eigen::Infinity>() : 0;
+        const double way = y_[b].size() > 0 ? in_lengths(b, y_[b]).lpNorm<Eigen::Infinity>() : 0;
         if (way <= kAstray * body(b).size()) continue;
         int strongest = rows_.chosen.front();
         double most = 0;

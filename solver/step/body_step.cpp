@@ -256,6 +256,18 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
     return d;
 }
 
+/// A body's motion with the turns of a rod's nodes as displacements at its size [m]: norms of what is
+/// partly in [rad] would depend on the unit of length.
+/// @param back  the other way round
+Eigen::VectorXd BodyStepper::in_lengths(std::size_t b, Eigen::VectorXd motion, bool back) const
+{
+    if (!system_.refs[b].rod) return motion;
+    const double size = system_.bodies[b]->size(), factor = back ? 1 / size : size;
+    for (Eigen::Index i = 3; i < motion.size(); i += 6)
+        motion.segment<3>(i) *= factor;
+    return motion;
+}
+
 /// The share of the motion y_, mode_ that is made. On geometry that moves, iterations converge by a
 /// factor each: Anderson's rule extrapolates them from those before, but not where nonlinear solids
 /// make that factor small: Newton's method, which extrapolation would spoil. Where an iteration
@@ -270,14 +282,12 @@ void BodyStepper::relax()
     for (std::size_t b = 0; b < bodies(); ++b)
         size += y_[b].size() + mode_[b].size();
     Eigen::VectorXd motion(size);
-    Eigen::Index at = 0;
-    const auto part = [&](Eigen::VectorXd& of_body, const auto& work) {
-        work(of_body, motion.segment(at, of_body.size()));
-        at += of_body.size();
-    };
-    for (std::size_t b = 0; b < bodies(); ++b)
-        for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
-            part(*v, [](const auto& from, auto to) { to = from; });
+    for (std::size_t b = 0, at = 0; b < bodies(); ++b) {
+        const Eigen::VectorXd own = in_lengths(b, y_[b]);
+        motion.segment(Eigen::Index(at), own.size()) = own;
+        motion.segment(Eigen::Index(at) + own.size(), mode_[b].size()) = mode_[b];
+        at += std::size_t(own.size() + mode_[b].size());
+    }
 
     // Nothing to extrapolate.
     const bool newton = all_in_matrix() || !true_tangent_.empty() || only_hangs() || rolls_;
@@ -306,18 +316,17 @@ void BodyStepper::relax()
         }
     }
     const Eigen::VectorXd left = motion - made;
-    for (std::size_t b = 0, first = 0; b < bodies(); ++b) {
-        const auto own = Eigen::Index(y_[b].size() + mode_[b].size());
+    for (std::size_t b = 0, at = 0; b < bodies(); ++b) {
+        const Eigen::VectorXd of_body =
+            left.segment(Eigen::Index(at), y_[b].size() + mode_[b].size());
         if (!body(b).nonlinear()) // of others the balance shows where they are
-            left_out_ = std::hypot(left_out_, left.segment(Eigen::Index(first), own).norm());
-        first += std::size_t(own);
+            left_out_ = std::hypot(left_out_, of_body.norm());
+        y_[b] -= in_lengths(b, of_body.head(y_[b].size()), true);
+        mode_[b] -= of_body.tail(mode_[b].size());
+        at += std::size_t(of_body.size());
     }
     motion_before_ = std::move(motion);
-    motion = made_before_ = std::move(made);
-    at = 0;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        for (Eigen::VectorXd* v : {&y_[b], &mode_[b]})
-            part(*v, [](auto& to, const auto& from) { to = from; });
+    made_before_ = std::move(made);
 }
 
 /// Contacts of rods with what stands still are in their matrices with all that turns with them: the

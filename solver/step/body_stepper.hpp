@@ -100,6 +100,7 @@ private:
     Eigen::VectorXd own(const Rows& rows, const Eigen::VectorXd& r, std::size_t b) const;
     std::vector<Eigen::VectorXd> forces(const Rows& rows, const Eigen::VectorXd& r) const;
     bool rescale_modes();
+    Eigen::VectorXd in_lengths(std::size_t b, Eigen::VectorXd motion, bool back = false) const;
     bool exceeds_motion_bound();
     bool rods_alone() const;
     bool swings() const;

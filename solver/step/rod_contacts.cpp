@@ -126,7 +126,7 @@ BodyContact of_rod(const CurveContact& c, const RodBody& rod, const ContactPair&
     k.gap = c.gap;
     k.point = c.point;
     k.a_begin = std::int32_t(out.stencil.size());
-    out.stencil.push_back({c.a.piece, c.a.t});
+    out.stencil.push_back(rod.acting_place(c.a));
     k.a_end = k.b_begin = k.b_end = std::int32_t(out.stencil.size());
     return k;
 }
@@ -178,9 +178,9 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
         touch_surface(own, touching_stations(rod, p), distance_from(*rigid, rigid->placement()),
                       reach_, known, found);
     } else if (p.b == p.a) {
-        touch_curve(own, rod.stations(), own, reach_, known, found);
+        touch_curve(own, rod.stations(), own, reach_, found);
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
-        touch_curve(own, rod.stations(), second->curve(), reach_, known, found);
+        touch_curve(own, rod.stations(), second->curve(), reach_, found);
     }
     remember(
         found, [](const CurveContact& c) { return c.id; }, known);
@@ -197,10 +197,11 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
         if (stuck(c)) continue;
         BodyContact k = of_rod(c, rod, p, pair, out);
         k.curvature = c.curvature;
-        k.slides_a = c.slides_a;
-        k.slides_b = c.slides_b;
+        k.slides_a = c.slides_a && !rod.in_sheath(c.a);
+        k.slides_b = c.slides_b && !(other && other->in_sheath(c.b));
         if (c.b.piece >= 0) {
-            out.stencil.push_back({c.b.piece, c.b.t});
+            out.stencil.push_back(other ? other->acting_place(c.b)
+                                        : StencilEntry{c.b.piece, c.b.t});
             k.b_end = std::int32_t(out.stencil.size());
         }
         out.contact.push_back(k);

@@ -110,7 +110,8 @@ Mat24 geometry(const RodBody& a, const RodBody* b, const RodContactState& s, con
     if (b) {
         q = b->line(s.b);
         J.rightCols<12>() = -q.J;
-        S = (Mat3::Identity() - n * n.transpose()) / (p.x - q.x).norm();
+        // Along n: a place in a sheath is stood for by its end, along the sheath and so across n.
+        S = (Mat3::Identity() - n * n.transpose()) / std::abs(n.dot(p.x - q.x));
         k.bottomRightCorner<12, 12>() += b->force_stiffness(s.b, -force);
     }
     k -= r * (J.transpose() * S * J);

@@ -13,14 +13,18 @@
 namespace amontons {
 namespace {
 
-constexpr double kPush = 1e-3;  // of the least radius
-constexpr double kAside = 1e-6; // of a motion's size: where it has a side
+constexpr double kPush = 1e-3;       // of the least radius
+constexpr double kAside = 1e-6;      // of a motion's size: where it has a side
+constexpr double kSticks = 1 - 1e-6; // of the cone: less friction sticks
 
+/// Of the rods: with each other, and with what counts as standing still.
 std::vector<RodContactState> acting_contacts(const BodySystem& system, const BodyStepReport& report)
 {
+    const bool alone = system.rods_alone();
     std::vector<RodContactState> states;
     for (std::size_t c = 0; c < report.contacts.contact.size(); ++c) {
         const BodyContact& k = report.contacts.contact[c];
+        if (!system.refs[std::size_t(k.a)].rod) continue;
         RodContactState s;
         s.contact = &k;
         s.a = report.contacts.place_a(k);
@@ -29,7 +33,9 @@ std::vector<RodContactState> acting_contacts(const BodySystem& system, const Bod
         if (!(s.force[0] > 0)) continue;
         s.friction = friction_of(system.finder.pairs(), k);
         const auto stuck = system.warm_sticks.find({k.pair, k.id});
-        s.sticks = s.friction > 0 && stuck != system.warm_sticks.end() && stuck->second;
+        s.sticks = alone ? stuck != system.warm_sticks.end() && stuck->second
+                         : s.force.tail<2>().norm() < kSticks * s.friction * s.force[0];
+        s.sticks = s.sticks && s.friction > 0;
         states.push_back(s);
     }
     return states;
@@ -66,7 +72,7 @@ double side(const BodySystem& system, const NegativeMotion& m)
 std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput& step,
                                              const BodyStepReport& report)
 {
-    if (step.dynamic || !system.rods_alone()) return {};
+    if (step.dynamic) return {};
     const auto of_rods = [&](auto&& judge) {
         return std::ranges::any_of(system.refs,
                                    [&](const BodyRef& b) { return b.rod && judge(*b.rod); });
@@ -100,7 +106,8 @@ std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput
     problem.joints = rod_joints(system.refs, system.couplings, rows, forces);
     const auto found = negative_motion(problem, acting_contacts(system, report));
     for (std::size_t b = 0; b < negative.size(); ++b)
-        if (RodBody* rod = system.refs[b].rod) rod->note_negative(found ? negative[b] : 0);
+        if (RodBody* rod = system.refs[b].rod)
+            rod->note_negative(found || !system.rods_alone() ? negative[b] : 0);
     if (!found) return {};
     UnstableBalance out;
     out.stiffness = found->stiffness;

@@ -168,7 +168,8 @@ std::vector<Finding> check_sums(const WrittenRun& run)
                 sums.emplace(name, Vec3::Zero()).first->second += f;
             };
             add(c.a + "_on_" + c.b + "_force", c.force);
-            add(c.b + "_on_" + c.a + "_force", c.force); // the pair's name has the scene's order
+            if (c.a != c.b) // the pair's name has the scene's order
+                add(c.b + "_on_" + c.a + "_force", c.force);
             add(c.a + "_contact_force", c.force);
             add(c.b + "_contact_force", -c.force);
         }

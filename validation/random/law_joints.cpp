@@ -127,9 +127,21 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                 turning += (at - end).norm() * f.norm();
             };
             bool known = true, nested = false;
+            Vec3 bending_alone = Vec3::Zero(); // of contacts with what is in the sheath
+            double inside = 0;                 // ... along it, on that
             for (const WrittenContact& c : contacts_of(run, frame)) {
                 if (c.a != name && c.b != name) continue;
-                if (c.a == c.b) continue; // with itself: nothing in all
+                if (c.a ==
+                    c.b) { // with itself: nothing in all, but what is in the sheath bends none
+                    const Vec3 aside = c.at - end - (c.at - end).dot(d) * d;
+                    const double radius = body.at("segments").at(0).at("radius");
+                    if ((c.at - end).dot(d) < 0 && aside.norm() < 1.5 * radius) {
+                        const double sign = c.normal.dot(aside) > 0 ? 1 : -1; // which is outside
+                        bending_alone += sign * (c.at - end).cross(c.force);
+                        inside -= sign * c.force.dot(d);
+                    }
+                    continue;
+                }
                 const Json& other = run.body.at(c.a == name ? c.b : c.a);
                 nested = nested || (other.at("kind") == "beam" &&
                                     other.at("introducer").value("at", Json()) == in.at("at"));
@@ -143,7 +155,8 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                 moment += l.moment;
                 turning += l.moment.norm();
             }
-            // The element at the sheath's end has what its material has on the mean: of one segment.
+            // The element at the sheath's end has what its material has on the mean: of one
+            // segment.
             const double out = value_at(body.at("drive").at("insertion"), frame.time);
             const Json* const segment = segment_at(body, out);
             if (!known || !segment || segment->value("curvature", 0.0) != 0) continue;
@@ -154,15 +167,20 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
             const Json& ei = segment->at("EI");
             const double stiff = ei.is_array() ? ei.at(0).get<double>() : ei.get<double>();
             if (ei.is_array() && ei.at(1).get<double>() != stiff) continue;
-            const double bending = (moment - moment.dot(d) * d).norm(),
-                         eshelby = bending * bending / (2 * stiff);
             const double push = run.history.values(own + "push_force")[r],
                          torque = run.history.values(own + "torque")[r];
+            // The energy of what comes out changes with bending, and with the stretch: by what the
+            // section at the end carries instead of the push.
+            const Vec3 bends = moment + bending_alone;
+            const double bending = (bends - bends.dot(d) * d).norm(), axial = force.dot(d) - inside,
+                         eshelby = bending * bending / (2 * stiff),
+                         stretch = (axial * axial - push * push) /
+                                   (2 * segment->at("EA").at(0).get<double>());
             // Sections are linear but for terms of third order in the strain. A contact's place is
             // known to what the arm of its force may be off by.
             const double allowed =
                 100 * scale.accuracy * (scale.force + size) + scale.rounding + 1e-4 * eshelby;
-            const double off = std::abs(push + force.dot(d) + eshelby),
+            const double off = std::abs(push + force.dot(d) + eshelby + stretch),
                          twisted = std::abs(torque + moment.dot(d)),
                          allowed_twist = 1e-6 * turning + allowed * scale.length;
             for (const auto& [what, value, most] : {std::tuple{"the push on", off, allowed},

@@ -34,24 +34,35 @@ bool is_of_the_way(const std::string& name)
            });
 }
 
+/// The longest of the names that a text has at a place, before an underscore; nullptr: none. Names
+/// may begin with one another: "rod" and "rod_head".
+template <class List, class NameOf>
+auto longest_name(const List& list, NameOf name_of, const std::string& text, std::size_t at)
+{
+    decltype(&*list.begin()) best = nullptr;
+    for (const auto& entry : list) {
+        const std::string& name = name_of(entry);
+        if (text.compare(at, name.size() + 1, name + "_") == 0 &&
+            (!best || name.size() > name_of(*best).size()))
+            best = &entry;
+    }
+    return best;
+}
+
 /// The name of a column after its bodies got other names.
 std::string renamed_column(const std::string& column, const Variant& v)
 {
-    std::string best = column;
-    std::size_t longest = 0;
-    for (const auto& [from, to] : v.names) {
-        if (column.rfind(from + "_", 0) != 0 || from.size() < longest) continue;
-        longest = from.size();
-        std::string rest = column.substr(from.size());
-        for (const std::string joint : {"_on_", "_over_"})
-            for (const auto& [f, t] : v.names)
-                if (rest.rfind(joint + f + "_", 0) == 0) {
-                    rest = joint + t + rest.substr(joint.size() + f.size());
-                    break;
-                }
-        best = to + rest;
+    const auto former = [](const auto& names) -> const std::string& { return names.first; };
+    const auto* first = longest_name(v.names, former, column, 0);
+    if (!first) return column;
+    const std::string rest = column.substr(first->first.size());
+    for (const std::string joint : {"_on_", "_over_"}) {
+        if (rest.rfind(joint, 0) != 0) continue;
+        if (const auto* other = longest_name(v.names, former, rest, joint.size()))
+            return first->second + joint + other->second +
+                   rest.substr(joint.size() + other->first.size());
     }
-    return best;
+    return first->second + rest;
 }
 
 /// "a_on_b_force_x" as "b_on_a_force_x", or "".
@@ -59,10 +70,9 @@ std::string swapped_pair(const std::string& column, const WrittenRun& run)
 {
     const std::size_t on = column.find("_on_");
     if (on == std::string::npos) return "";
-    for (const std::string& b : run.bodies)
-        if (column.compare(on + 4, b.size() + 1, b + "_") == 0)
-            return b + "_on_" + column.substr(0, on) + column.substr(on + 4 + b.size());
-    return "";
+    const auto itself = [](const std::string& name) -> const std::string& { return name; };
+    const std::string* b = longest_name(run.bodies, itself, column, on + 4);
+    return b ? *b + "_on_" + column.substr(0, on) + column.substr(on + 4 + b->size()) : "";
 }
 
 /// Whether the three columns are a place and not a displacement, a velocity or a force.

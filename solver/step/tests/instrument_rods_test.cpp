@@ -1,6 +1,7 @@
 #include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
@@ -194,6 +195,134 @@ TEST_CASE("a wire is pushed with what it exerts on a solid")
     // But for M^2 / (2 EI) of its bending where it leaves the introducer.
     CHECK(r.value("block_x_max_force_x") == doctest::Approx(-push).epsilon(2e-4));
     CHECK(r.summary.uncertified_steps == 0);
+}
+
+namespace {
+
+/// Two wires in a tube of 4.6 radii that bends out of their plane: they cross there, and lie along
+/// each other. In other axes and units.
+/// @param length, force  of the units
+std::string wires_in_bend(const Mat3& turn, double length, double force)
+{
+    const auto place = [&](double x, double y, double z) {
+        const Vec3 v = length * (turn * Vec3(x, y, z));
+        return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v.x(), v.y(), v.z());
+    };
+    const auto direction = [&](double x, double y, double z) {
+        const Vec3 v = turn * Vec3(x, y, z);
+        return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v.x(), v.y(), v.z());
+    };
+    const auto wire = [&](const char* name, double out, double EI, double side, double begins) {
+        return fmt::format(
+            R"("{}": {{"kind": "beam", "segments": [{{"length": {:.17g}, "radius": {:.17g},
+                "EI": {:.17g}, "element": {:.17g}}}], "introducer": {{"at": {}, "direction": {},
+                "normal": {}}}, "drive": {{"insertion": [[0, {:.17g}], [{}, {:.17g}], [1, {:.17g}]],
+                "twist": [[0, 0], [1, {}]]}}}})",
+            name, length * (out + 0.02), length * 0.0004044, length * length * force * EI,
+            length * 0.0025, place(0.001, side * 0.0005795, side * 0.0001793), direction(1, 0, 0),
+            direction(0, 1, 0), length * 0.005, begins, length * 0.005, length * out, 1.2 * side);
+    };
+    return fmt::format(
+        R"("bodies": {{"tube": {{"kind": "obstacle", "surface": {{"generate": "tube",
+            "radius": {:.17g}, "centreline": {{"start": {}, "direction": {}, "normal": {},
+            "pieces": [{{"length": {:.17g}}}, {{"radius": {:.17g}, "angle": 0.8188,
+            "direction": 1.457}}, {{"length": {:.17g}}}]}}}}}}, {}, {}}},
+        "contact": [{{"between": ["tube", "w0"], "friction": 0.08305}},
+                    {{"between": ["tube", "w1"], "friction": 0.08305}},
+                    {{"between": ["w0", "w1"], "friction": 0.08305}}],
+        "time": {{"step": 0.05, "end": 1}})",
+        length * 0.001842, place(0, 0, 0), direction(1, 0, 0), direction(0, 1, 0), length * 0.02,
+        length * 0.0631, length * 0.1, wire("w0", 0.06247, 1.164e-4, 1, 0.1583),
+        wire("w1", 0.07487, 2.433e-4, -1, 0.3447));
+}
+
+} // namespace
+
+TEST_CASE("wires that cross in a bend and lie along each other depend on no axes and no units")
+{
+    const Mat3 turn = Eigen::AngleAxisd(2.1, Vec3(0.3, -0.5, 0.8).normalized()).toRotationMatrix();
+    const Mat3 none = Mat3::Identity();
+    const Result r = done(wires_in_bend(none, 1, 1)), other = done(wires_in_bend(turn, 1, 1)),
+                 small = done(wires_in_bend(none, std::ldexp(1, -10), 8));
+    REQUIRE(other.records.size() == r.records.size());
+    REQUIRE(small.records.size() == r.records.size());
+    double most = 0;
+    for (std::size_t i = 0; i < r.records.size(); ++i) {
+        const double push = r.value("w0_push_force", i);
+        most = std::max(most, push);
+        CHECK(std::abs(other.value("w0_push_force", i) - push) <= 1e-6 * most + 1e-12);
+        CHECK(std::abs(small.value("w0_push_force", i) / 8 - push) <= 1e-8 * most + 1e-12);
+    }
+    CHECK(most > 0.02);
+    CHECK(other.summary.energy.friction ==
+          doctest::Approx(r.summary.energy.friction).epsilon(1e-6));
+}
+
+TEST_CASE("a wire that comes round to its own sheath is pushed with all that acts on it")
+{
+    const Vec3 at(-0.007328, 0.003227, 0), along = Vec3(1, 0.2139, 0.1813).normalized();
+    const double EI = 1.739e-5, radius = 4.499e-4, EA = 4 * EI / (radius * radius);
+    const Result r = done(fmt::format(R"("bodies": {{
+        "ball": {{"kind": "obstacle", "side": "inside", "surface": {{"generate": "ball",
+            "radius": 0.00916}}}},
+        "wire": {{"kind": "beam", "segments": [{{"length": 0.06317, "radius": {}, "EI": {},
+            "element": 0.001145}}], "introducer": {{"at": [-0.007328, 0.003227, 0],
+            "direction": [1, 0.2139, 0.1813]}}, "drive": {{"insertion": [[0, 0.002748],
+            [1, 0.05317]]}}}}}},
+        "contact": [{{"between": ["wire", "ball"], "friction": 0.2564}},
+                    {{"between": ["wire", "wire"], "friction": 0.2564}}],
+        "time": {{"step": 0.025, "end": 1}})",
+                                      radius, EI));
+    int met = 0;
+    for (std::size_t i = 1; i < r.records.size(); ++i) {
+        Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
+        double inside = 0, size = 0; // of forces along the sheath, on what is in it
+        for (const ContactRecord& c : r.records[i].contacts) {
+            Vec3 f = c.force;
+            if (c.body_a == c.body_b) {
+                if ((c.point - at).dot(along) > 0) continue; // nothing in all
+                if (c.normal.dot(c.point - at) < 0) f = -f;  // on the part that is out
+                inside -= f.dot(along);
+                met += f.norm() > 0;
+            }
+            force += f;
+            moment += (c.point - at).cross(f);
+            size += f.norm();
+        }
+        // The energy that a length brings out: of bending, and of the stretch.
+        const double push = r.value("wire_push_force", i), axial = force.dot(along);
+        const double bending = (moment - moment.dot(along) * along).norm();
+        CHECK(std::abs(push + axial + inside + bending * bending / (2 * EI) +
+                       (axial * axial - push * push) / (2 * EA)) <= 2e-5 * size + 1e-9);
+    }
+    CHECK(met > 0);
+}
+
+TEST_CASE("a wire that is pressed on a solid buckles at Euler's load, whichever way it is turned")
+{
+    const double EI = 1.793e-5, out = 0.12;
+    const double euler = 20.19 * EI / (out * out); // clamped, its end stays where it sticks
+    for (const bool tilted : {false, true}) {
+        CAPTURE(tilted);
+        const char* place = tilted ? "[0.0003, -0.12, 0.0009]" : "[-0.12, 0.0003, 0.0009]";
+        const char* direction = tilted ? "[0.01, 1, 0]" : "[1, 0.01, 0]";
+        const Result r = done(fmt::format(R"("bodies": {{
+            "block": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.03, 0.03, 0.03],
+                "cells": [3, 3, 3], "element": "H8", "centre": {}}}, "youngs_modulus": 1e6,
+                "poisson_ratio": 0.25, "hold": [{{"set": "{}_max"}}]}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.2, "radius": 9e-4, "EI": {},
+                "element": 0.006}}], "introducer": {{"at": {}, "direction": {}}},
+                "drive": {{"insertion": [[0, 0.1165], [1, 0.121]]}}}}}},
+            "contact": [{{"between": ["wire", "block"], "friction": 0.45}}],
+            "time": {{"step": 0.1, "end": 1}})",
+                                          tilted ? "[0, 0.015, 0]" : "[0.015, 0, 0]",
+                                          tilted ? "y" : "x", EI, place, direction));
+        double most = 0;
+        for (std::size_t i = 0; i < r.records.size(); ++i)
+            most = std::max(most, r.value("wire_push_force", i));
+        CHECK(most > 0.8 * euler);
+        CHECK(most < 1.2 * euler);
+    }
 }
 
 TEST_CASE("what instruments cannot do beside other bodies is reported with its place")
