@@ -170,8 +170,8 @@ struct Pair {
         if (p.t > 0 || (first && !a.closed)) return spacing[e];
         return std::max(spacing[e], spacing[first ? a.pieces.size() - 1 : e - 1]);
     }
-    /// The share of a crossing that has it already, 0: none. Two whole rows at one place would share
-    /// a force and exchange it as the crossing moves.
+    /// The share of a crossing that has it already, 0: none. Two whole rows at one place would
+    /// share a force and exchange it as the crossing moves.
     double beside_crossing(const CurvePlace& p, const CurvePlace& q) const
     {
         if (crossed.empty()) return 0;
