@@ -268,6 +268,7 @@ public:
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept [m]
     /// Thickness of the thinner body of a pair [m].
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
+    double thinner_if_known(const ContactPair& p) const;
     /// Of pairs whose bodies stand in each other at the start and are to be pressed out of each
     /// other or taken as they fit: how deep. Before the first step.
     void set_start_overlaps(const std::vector<BodyRef>& bodies, bool dynamic,

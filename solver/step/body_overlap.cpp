@@ -114,6 +114,15 @@ double ContactFinder::thinner_of(const std::vector<BodyRef>& bodies, const Conta
     return p.b >= 0 ? std::min(own, thickness(bodies, p.b)) : own;
 }
 
+/// 0 as long as nothing has asked for it: a search in shapes takes less than it.
+double ContactFinder::thinner_if_known(const ContactPair& p) const
+{
+    const auto known = [&](int body) {
+        return std::size_t(body) < thickness_.size() ? thickness_[std::size_t(body)] : 0.0;
+    };
+    return p.b >= 0 ? std::min(known(p.a), known(p.b)) : known(p.a);
+}
+
 void ContactFinder::limit_reach(const std::vector<BodyRef>& bodies, bool dynamic)
 {
     if (std::exchange(reach_limited_, true)) return;
@@ -234,22 +243,24 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         return;
     }
     const PlacedSurface own{*p.surface_a->facets, a.solid->places(), below_a};
+    // Whatever the bulge, no limit is less than this.
+    Shallow shallow;
+    if (!p.small)
+        shallow = {kRowsAhead * (meshes ? kAllowedOfFace : kRowsOfRound),
+                   kRowsAhead * kRowsOfThickness *
+                       (meshes ? thinner_of(bodies, p) : thinner_if_known(p))};
     if (p.b < 0) {
-        overlap_spots(own, distance_from_obstacle(p), everywhere(), spots);
+        overlap_spots(own, distance_from_obstacle(p), everywhere(), spots, shallow);
         return keep(false);
     }
     const BodyRef& b = bodies[std::size_t(p.b)];
     if (b.rigid) {
         const AxisBox box = boxes_[std::size_t(p.b)];
-        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots);
+        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots,
+                      shallow);
         return keep(false);
     }
     const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b};
-    // Whatever the bulge, no limit is less than this.
-    Shallow shallow;
-    if (!p.small)
-        shallow = {kRowsAhead * kAllowedOfFace,
-                   kRowsAhead * kRowsOfThickness * thinner_of(bodies, p)};
     overlap_spots(own, other, spots, shallow);
     keep(false);
     overlap_spots(other, own, spots, shallow);
