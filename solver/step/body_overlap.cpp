@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 // How far bodies stand in each other, measured on their surfaces, and what rows there would leave
@@ -388,6 +389,10 @@ double ContactFinder::start_overlap_left(int pair) const
 
 double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to)
 {
+    const auto counts = [&](const ContactPair& p) {
+        return !p.small && !bodies[std::size_t(p.a)].rod;
+    };
+    if (std::ranges::none_of(std::span(pairs_).first(given_), counts)) return 0;
     std::vector<double> motion;
     for (const BodyRef& b : bodies)
         motion.push_back(b.body->prescribed_motion(from, to));
@@ -397,7 +402,7 @@ double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, doub
     double share = 0;
     for (std::size_t k = 0; k < given_; ++k) {
         const ContactPair& p = pairs_[k];
-        if (p.small || bodies[std::size_t(p.a)].rod) continue;
+        if (!counts(p)) continue;
         const double way = motion[std::size_t(p.a)] + (p.b >= 0 ? motion[std::size_t(p.b)] : 0.0);
         if (way <= p.reach || (p.b >= 0 && apart(p, way + p.reach))) continue;
         if (p.b < 0) {
