@@ -15,7 +15,6 @@ constexpr double kNearFace = 0.1;     // of a face: nearer places take the surfa
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
 constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
 constexpr double kUpright = 1e-6;     // sine: a place is over a face
-constexpr double kAlong = 0.1;        // sine: a way runs along a face
 constexpr double kAlone = 0.9;        // cosine: a normal is that of one side, not of an edge
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
@@ -239,13 +238,14 @@ template <class Visit> void FaceDistance::for_triangles_under_(const Foot& foot,
     if (beside >= 0) visit(beside);
 }
 
-bool FaceDistance::on_one_side(const Foot& p, const Foot& q) const
+bool FaceDistance::on_one_side(const Foot& p, const Foot& q, double deepest) const
 {
+    const double far = std::max(std::abs(p.distance), std::abs(q.distance));
     const Vec3 way = q.point - p.point;
     bool found = false;
     for_triangles_under_(p, [&](std::int32_t i) {
         const Vec3 n = normal_(i);
-        const bool along = std::abs(n.dot(way)) <= kAlong * way.norm();
+        const bool along = std::abs(n.dot(way)) + far <= deepest;
         const bool alone = n.dot(p.normal) > kAlone;
         if (found || !along) return;
         for_triangles_under_(q, [&](std::int32_t j) {
@@ -484,7 +484,9 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         }
         // Ends that lie on two sides of b, of no depth, and between them its edge.
         const FaceDistance::Foot *p = met_by(e.nodes[0]), *q = met_by(e.nodes[1]);
-        if (p && q && p->normal.dot(q->normal) < kSharpEdge && !distance.on_one_side(*p, *q))
+        if (p && q && p->normal.dot(q->normal) < kSharpEdge &&
+            !distance.on_one_side(*p, *q,
+                                  std::min(shallow.of_face * (x1 - x0).norm(), shallow.depth)))
             for (const double share : {0.125, 0.25, 0.5, 0.75, 0.875})
                 note_on_edge(e, share);
     }

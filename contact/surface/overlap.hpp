@@ -62,7 +62,8 @@ public:
     SurfacePlace place_of(const Foot& foot) const;
     /// Is some side of the surface under both, and nothing but it under one of them? Then the way
     /// from one to the other does not lead through the body from side to side.
-    bool on_one_side(const Foot& p, const Foot& q) const;
+    /// @param deepest  what both may be off that side [m]: so deep the way is at most
+    bool on_one_side(const Foot& p, const Foot& q, double deepest) const;
     /// Where the way from a to b passes through the surface, as shares of it, ascending.
     void crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const;
 

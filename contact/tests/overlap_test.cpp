@@ -282,16 +282,17 @@ TEST_CASE("feet lie on one side where a face that both have is all that one of t
                near_edge = foot({0.5 - 1e-6, 0.15, -1e-5}), beside = foot({0.5, 0.13, -0.1}),
                other = foot({-0.5, 0.13, 0});
     REQUIRE(near_edge.normal.x() > 0.99); // of the side, which is nearer
-    CHECK(distance.on_one_side(above, on_edge));
-    CHECK(distance.on_one_side(on_edge, above));
-    CHECK(distance.on_one_side(above, outside));
-    CHECK(distance.on_one_side(above, near_edge));
-    CHECK(distance.on_one_side(beside, on_edge));
+    CHECK(distance.on_one_side(above, on_edge, 2e-4));
+    CHECK(distance.on_one_side(on_edge, above, 2e-4));
+    CHECK(distance.on_one_side(above, outside, 2e-4));
+    CHECK(distance.on_one_side(above, near_edge, 2e-4));
+    CHECK(distance.on_one_side(beside, on_edge, 2e-4));
+    CHECK(!distance.on_one_side(above, outside, 1e-5)); // farther off than that
     // Through the body, and from edge to edge, where what is between them may be anything.
-    CHECK(!distance.on_one_side(above, beside));
-    CHECK(!distance.on_one_side(beside, other));
-    CHECK(!distance.on_one_side(on_edge, other));
-    CHECK(!distance.on_one_side(above, foot({0.3, 0.1, -0.5})));
+    CHECK(!distance.on_one_side(above, beside, 2e-4));
+    CHECK(!distance.on_one_side(beside, other, 2e-4));
+    CHECK(!distance.on_one_side(on_edge, other, 2e-4));
+    CHECK(!distance.on_one_side(above, foot({0.3, 0.1, -0.5}), 2e-4));
 }
 
 TEST_CASE("an edge whose ends lie on two sides of a body, of no depth, overlaps between them")
