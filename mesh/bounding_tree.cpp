@@ -29,7 +29,7 @@ double squared_to_box(const Eigen::Array3d& x, const Eigen::Array3d& low,
 
 namespace {
 
-std::vector<BoundingTree::Corners> corners_of(const SurfaceMesh& mesh)
+std::vector<BoundingTree::Corners> tree_corners(const SurfaceMesh& mesh)
 {
     std::vector<BoundingTree::Corners> corners;
     corners.reserve(mesh.triangles.size());
@@ -40,7 +40,7 @@ std::vector<BoundingTree::Corners> corners_of(const SurfaceMesh& mesh)
 
 } // namespace
 
-BoundingTree::BoundingTree(const SurfaceMesh& mesh) : BoundingTree(corners_of(mesh)) {}
+BoundingTree::BoundingTree(const SurfaceMesh& mesh) : BoundingTree(tree_corners(mesh)) {}
 
 BoundingTree::BoundingTree(std::vector<Corners> triangles) : corners_(std::move(triangles))
 {
