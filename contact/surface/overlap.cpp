@@ -401,7 +401,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     BoundingBox meets;
     std::vector<const FacetedSurface::Edge*> edges;
     for (const FacetedSurface::Edge& e : a.facets.edges()) {
-        if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & kOutOfReach) continue;
+        if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & kOutOfReach)
+            continue;
         edges.push_back(&e);
         for (const std::int32_t n : e.nodes)
             meets.add(a.places[std::size_t(n)]);
@@ -476,7 +477,8 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     for (const FacetedSurface::Edge* edge : edges) {
         const FacetedSurface::Edge& e = *edge;
         const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
-        if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & ~kOutOfReach) continue;
+        if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & ~kOutOfReach)
+            continue;
         distance.crossings(x0, x1, shares);
         for (std::size_t k = 0; k + 1 < shares.size(); ++k) {
             if (!(shares[k + 1] - shares[k] > 1e-9)) continue;
