@@ -27,19 +27,30 @@ double squared_to_box(const Eigen::Array3d& x, const Eigen::Array3d& low,
 
 } // namespace
 
-BoundingTree::BoundingTree(const SurfaceMesh& mesh)
+namespace {
+
+std::vector<BoundingTree::Corners> tree_corners(const SurfaceMesh& mesh)
 {
-    const auto count = static_cast<std::int32_t>(mesh.triangles.size());
-    std::vector<Vec3> centres(mesh.triangles.size());
-    corners_.reserve(mesh.triangles.size());
-    for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
-        const auto& [a, b, c] = mesh.triangles[i];
-        corners_.push_back({mesh.points[at(a)], mesh.points[at(b)], mesh.points[at(c)]});
+    std::vector<BoundingTree::Corners> corners;
+    corners.reserve(mesh.triangles.size());
+    for (const auto& [a, b, c] : mesh.triangles)
+        corners.push_back({mesh.points[at(a)], mesh.points[at(b)], mesh.points[at(c)]});
+    return corners;
+}
+
+} // namespace
+
+BoundingTree::BoundingTree(const SurfaceMesh& mesh) : BoundingTree(tree_corners(mesh)) {}
+
+BoundingTree::BoundingTree(std::vector<Corners> triangles) : corners_(std::move(triangles))
+{
+    const auto count = static_cast<std::int32_t>(corners_.size());
+    std::vector<Vec3> centres(corners_.size());
+    for (std::size_t i = 0; i < corners_.size(); ++i)
         centres[i] = (corners_[i].a + corners_[i].b + corners_[i].c) / 3;
-    }
-    order_.resize(mesh.triangles.size());
+    order_.resize(corners_.size());
     std::iota(order_.begin(), order_.end(), 0);
-    nodes_.reserve(mesh.triangles.size());
+    nodes_.reserve(corners_.size());
     nodes_.emplace_back();
     split_(0, 0, count, centres);
     std::vector<Corners> sorted;

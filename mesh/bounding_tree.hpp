@@ -1,5 +1,6 @@
 #pragma once
 
+#include "mesh/box_tree.hpp"
 #include "mesh/closest_point.hpp"
 #include "mesh/surface_mesh.hpp"
 
@@ -19,8 +20,15 @@ struct NearestTriangle {
 /// A tree of axis-aligned boxes over the triangles of a surface, for nearest points.
 class BoundingTree {
 public:
+    /// The corners of a triangle [m].
+    struct Corners {
+        Vec3 a, b, c;
+    };
+
     /// @param mesh  at least one triangle; its corners are copied
     explicit BoundingTree(const SurfaceMesh& mesh);
+    /// @param triangles  at least one
+    explicit BoundingTree(std::vector<Corners> triangles);
 
     /// The triangle nearest to x and the point of it; among triangles that share that point,
     /// any of them.
@@ -39,15 +47,36 @@ public:
     /// @param centre, radius  [m]
     void within(const Vec3& centre, double radius, std::vector<std::int32_t>& triangles) const;
 
+    /// Calls visit(std::int32_t) for each triangle whose box touches this one, in no certain order.
+    template <class Visit> void visit(const BoundingBox& box, Visit visit) const
+    {
+        // Depth is at most 31 + 2, each level leaves one node waiting.
+        std::int32_t stack[72];
+        int count = 0;
+        stack[count++] = 0;
+        while (count > 0) {
+            const Node& node = nodes_[static_cast<std::size_t>(stack[--count])];
+            if (!BoundingBox{node.low, node.high}.touches(box)) continue;
+            if (node.count == 0) {
+                stack[count++] = node.first + 1;
+                stack[count++] = node.first;
+                continue;
+            }
+            for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
+                const auto& [a, b, c] = corners_[static_cast<std::size_t>(i)];
+                const BoundingBox own{a.array().min(b.array()).min(c.array()),
+                                      a.array().max(b.array()).max(c.array())};
+                if (own.touches(box)) visit(order_[static_cast<std::size_t>(i)]);
+            }
+        }
+    }
+
 private:
     friend class NearbyTriangles;
     struct Node {
         Eigen::Array3d low, high;
         std::int32_t first = 0; ///< leaf: position in order_; else left child, right is the next
         std::int32_t count = 0; ///< of triangles in a leaf; 0: inner node
-    };
-    struct Corners {
-        Vec3 a, b, c;
     };
 
     void split_(std::int32_t node, std::int32_t first, std::int32_t count,

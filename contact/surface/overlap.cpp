@@ -15,6 +15,7 @@ constexpr double kNearFace = 0.1;     // of a face: nearer places take the surfa
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
 constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
 constexpr double kUpright = 1e-6;     // sine: a place is over a face
+constexpr double kAlone = 0.9;        // cosine: a normal is that of one side, not of an edge
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
 {
@@ -41,21 +42,32 @@ SurfacePlace place_of(std::span<const std::int32_t> nodes, const Values& values)
     return p;
 }
 
-SurfacePlace place_on(const ExternalSurface& surface, const FacetedSurface::Triangle& t,
-                      const Vec3& weights)
+/// The sides of a box that a place lies beyond, a bit for each. What has all its corners beyond one
+/// of them does not touch the box.
+unsigned sides_beyond(const Vec3& x, const BoundingBox& box)
 {
-    const std::span<const std::int32_t> nodes = surface.face(std::size_t(t.face));
-    const Vec2 xi = weights[0] * t.xi[0] + weights[1] * t.xi[1] + weights[2] * t.xi[2];
-    return place_of(nodes, face_shape_values(int(nodes.size()), Vec3(xi.x(), xi.y(), 0)));
+    unsigned sides = 0;
+    for (int k = 0; k < 3; ++k)
+        sides |= unsigned(x[k] < box.low[k]) << 2 * k | unsigned(x[k] > box.high[k]) << (2 * k + 1);
+    return sides;
+}
+/// What of a triangle a place lies on: a little beside a corner or an edge counts as there.
+TriangleFeature feature_near(const Vec3& weights)
+{
+    int small = 0, at = 0, of = 0; // number of them, the last of each
+    for (int k = 0; k < 3; ++k)
+        if (weights[k] < kShallow) {
+            ++small;
+            at = k;
+        } else {
+            of = k;
+        }
+    if (small == 0) return TriangleFeature::face;
+    return small == 1 ? TriangleFeature(int(TriangleFeature::edge0) + (at + 1) % 3)
+                      : TriangleFeature(int(TriangleFeature::vertex0) + of);
 }
 
-BoundingBox box_of_triangle(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
-{
-    BoundingBox box;
-    for (const std::int32_t n : t.nodes)
-        box.add(x[std::size_t(n)]);
-    return box;
-}
+constexpr unsigned kOutOfReach = 1u << 6; // beside those: it does not reach the other surface
 
 } // namespace
 
@@ -130,24 +142,19 @@ double bulge_of_face(const PlacedSurface& s, std::size_t face, double widest)
 FaceDistance::FaceDistance(const PlacedSurface& surface, const BoundingBox& near)
     : surface_(surface)
 {
-    SurfaceMesh mesh;
-    std::vector<BoundingBox> boxes;
+    std::vector<unsigned char> beyond(surface.places.size());
+    for (const std::int32_t n : surface.facets.surface().used_nodes)
+        beyond[std::size_t(n)] = (unsigned char)sides_beyond(surface.places[std::size_t(n)], near);
+    std::vector<BoundingTree::Corners> corners;
     const std::vector<FacetedSurface::Triangle>& all = surface.facets.triangles();
     for (std::size_t t = 0; t < all.size(); ++t) {
-        const BoundingBox box = box_of_triangle(all[t], surface.places);
-        if (!box.touches(near)) continue;
-        std::array<int, 3> corners{};
-        for (std::size_t k = 0; k < 3; ++k) {
-            corners[k] = int(mesh.points.size());
-            mesh.points.push_back(surface.places[std::size_t(all[t].nodes[k])]);
-        }
-        mesh.triangles.push_back(corners);
+        const auto [a, b, c] = all[t].nodes;
+        if (beyond[std::size_t(a)] & beyond[std::size_t(b)] & beyond[std::size_t(c)]) continue;
+        corners.push_back({surface.places[std::size_t(a)], surface.places[std::size_t(b)],
+                           surface.places[std::size_t(c)]});
         number_.push_back(std::int32_t(t));
-        boxes.push_back(box);
     }
-    if (number_.empty()) return;
-    tree_.emplace(mesh);
-    boxes_.emplace(boxes);
+    if (!number_.empty()) tree_.emplace(std::move(corners));
 }
 
 Vec3 FaceDistance::normal_(std::int32_t triangle) const
@@ -164,6 +171,7 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
     hint = found.triangle;
     Foot foot;
     foot.triangle = number_[std::size_t(found.triangle)];
+    foot.feature = feature_near(found.at.weights);
     const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
     foot.point = found.at.point;
     Vec3 side = normal_(foot.triangle);
@@ -199,14 +207,58 @@ std::optional<FaceDistance::Foot> FaceDistance::at(const Vec3& x, std::int32_t& 
     foot.normal = length > kNearFace * size ? Vec3(way / foot.distance)
                   : side.norm() > 0         ? Vec3(side.normalized())
                                             : own;
-    foot.place = place_on(surface_.facets.surface(), t, found.at.weights);
-    touch_bent_face_(x, found.at.weights, foot);
+    const Vec3& w = found.at.weights;
+    foot.xi = w[0] * t.xi[0] + w[1] * t.xi[1] + w[2] * t.xi[2];
+    touch_bent_face_(x, foot);
     return foot;
+}
+
+SurfacePlace FaceDistance::place_of(const Foot& foot) const
+{
+    const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
+    const std::span<const std::int32_t> nodes = surface_.facets.surface().face(std::size_t(t.face));
+    const Vec3 xi(foot.xi.x(), foot.xi.y(), 0);
+    return amontons::place_of(nodes, face_shape_values(int(nodes.size()), xi));
+}
+
+/// Calls visit(triangle) for those that the point lies on, by its feature.
+template <class Visit> void FaceDistance::for_triangles_under_(const Foot& foot, Visit visit) const
+{
+    const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
+    const int feature = int(foot.feature);
+    if (feature >= int(TriangleFeature::vertex0)) {
+        for (const std::int32_t k :
+             surface_.facets.around(t.nodes[std::size_t(feature - int(TriangleFeature::vertex0))]))
+            visit(k);
+        return;
+    }
+    visit(foot.triangle);
+    if (feature < int(TriangleFeature::edge0)) return;
+    const std::int32_t beside = t.beside[std::size_t(feature - int(TriangleFeature::edge0))];
+    if (beside >= 0) visit(beside);
+}
+
+bool FaceDistance::on_one_side(const Foot& p, const Foot& q, double deepest) const
+{
+    const double far = std::max(std::abs(p.distance), std::abs(q.distance));
+    const Vec3 way = q.point - p.point;
+    bool found = false;
+    for_triangles_under_(p, [&](std::int32_t i) {
+        const Vec3 n = normal_(i);
+        const bool along = std::abs(n.dot(way)) + far <= deepest;
+        const bool alone = n.dot(p.normal) > kAlone;
+        if (found || !along) return;
+        for_triangles_under_(q, [&](std::int32_t j) {
+            const Vec3 m = normal_(j);
+            found |= n.dot(m) > kSharpEdge && (alone || m.dot(q.normal) > kAlone);
+        });
+    });
+    return found;
 }
 
 /// Of a quadrilateral that is not flat the nearest place of its own, not of the two triangles that
 /// a diagonal cuts it into: which one does is the mesh's accident.
-void FaceDistance::touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const
+void FaceDistance::touch_bent_face_(const Vec3& x, Foot& foot) const
 {
     const FacetedSurface::Triangle& t = surface_.facets.triangles()[std::size_t(foot.triangle)];
     const std::span<const std::int32_t> nodes = surface_.facets.surface().face(std::size_t(t.face));
@@ -215,8 +267,7 @@ void FaceDistance::touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& fo
     const Vec3 p = face.node[2] - face.node[0], q = face.node[3] - face.node[1];
     const double volume = (face.node[1] - face.node[0]).dot(p.cross(q));
     if (!(std::abs(volume) > kFlatQuad * p.norm() * q.norm() * p.norm())) return;
-    const Vec2 start = weights[0] * t.xi[0] + weights[1] * t.xi[1] + weights[2] * t.xi[2];
-    const Vec2 xi = nearest_xi(face, x, start);
+    const Vec2 xi = nearest_xi(face, x, foot.xi);
     if (!(xi.lpNorm<Eigen::Infinity>() <= 1)) return; // beside it
     const FaceSpot at = spot(face, xi);
     const Vec3 normal = at.along[0].cross(at.along[1]).normalized(), way = x - at.place;
@@ -225,7 +276,7 @@ void FaceDistance::touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& fo
     foot.point = at.place;
     foot.distance = way.dot(normal);
     foot.normal = normal;
-    foot.place = place_of(nodes, at.values);
+    foot.xi = xi;
 }
 
 void FaceDistance::crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const
@@ -234,7 +285,7 @@ void FaceDistance::crossings(const Vec3& a, const Vec3& b, std::vector<double>& 
     BoundingBox way;
     way.add(a);
     way.add(b);
-    boxes_->visit(way, [&](std::int32_t k) {
+    tree_->visit(way, [&](std::int32_t k) {
         const FacetedSurface::Triangle& t =
             surface_.facets.triangles()[std::size_t(number_[std::size_t(k)])];
         const auto corner = [&](std::size_t i) -> const Vec3& {
@@ -343,13 +394,15 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         if (ends < begins) return;
         leaves = std::min(leaves, ends - begins);
     }
-    const auto reaches = [&](std::int32_t node) {
-        return way.dot(a.places[std::size_t(node)]) >= begins;
-    };
+    const ExternalSurface& surface = a.facets.surface();
+    std::vector<unsigned char> beyond(a.places.size()); // of the nodes of a
+    for (const std::int32_t n : surface.used_nodes)
+        if (!(way.dot(a.places[std::size_t(n)]) >= begins)) beyond[std::size_t(n)] = kOutOfReach;
     BoundingBox meets;
     std::vector<const FacetedSurface::Edge*> edges;
     for (const FacetedSurface::Edge& e : a.facets.edges()) {
-        if (!reaches(e.nodes[0]) && !reaches(e.nodes[1])) continue;
+        if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & kOutOfReach)
+            continue;
         edges.push_back(&e);
         for (const std::int32_t n : e.nodes)
             meets.add(a.places[std::size_t(n)]);
@@ -357,23 +410,23 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     shared.low = shared.low.max(meets.low);
     shared.high = shared.high.min(meets.high);
     if (!(shared.low <= shared.high).all()) return;
+    for (const std::int32_t n : surface.used_nodes)
+        beyond[std::size_t(n)] |= (unsigned char)sides_beyond(a.places[std::size_t(n)], shared);
     const double room = (1 + 1e-9) * (b.thickness > 0 ? b.thickness : leaves);
     BoundingBox near{shared.low - room, shared.high + room};
     const FaceDistance distance(b, near);
 
     // ---- Depth at a place; places of edges
     if (distance.empty()) return;
-    const ExternalSurface& surface = a.facets.surface();
     std::int32_t hint = -1;
     std::vector<std::size_t> own_faces, other_faces;
     const auto note = [&](const SurfacePlace& own, const Vec3& x) {
         const std::optional<FaceDistance::Foot> foot = distance.at(x, hint);
-        if (!foot) return Vec3(Vec3::Zero());
         // Deeper places may be nearer to a triangle that was left out.
-        if (!(foot->distance < 0) || -foot->distance > room) return foot->normal;
+        if (!foot || !(foot->distance < 0) || -foot->distance > room) return foot;
         // All faces that meet at either place count: which comes first is the mesh's accident.
         faces_at(a, own, -foot->normal, own_faces);
-        faces_at(b, foot->place, foot->normal, other_faces);
+        faces_at(b, distance.place_of(*foot), foot->normal, other_faces);
         OverlapSpot s;
         s.depth = -foot->distance;
         s.point = x;
@@ -389,10 +442,9 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
                 bulge = std::min(bulge, bulge_of_face(of, f, s.face));
             return bulge;
         };
-        if (s.depth > std::min(shallow.of_face * s.face, shallow.depth))
-            s.bulge = least(a, own_faces) + least(b, other_faces);
+        if (!shallow(s)) s.bulge = least(a, own_faces) + least(b, other_faces);
         spots.push_back(s);
-        return foot->normal;
+        return foot;
     };
     const auto note_on_edge = [&](const FacetedSurface::Edge& e, double share) {
         SurfacePlace own;
@@ -404,42 +456,39 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     };
     struct Met {
         std::int32_t node;
-        Vec3 normal; ///< of what is nearest to it, or zero
+        FaceDistance::Foot foot;
     };
     std::vector<Met> met; // node by node
 
     // ---- Nodes inside, edges that enter and leave
-    const auto inside = [&](const Vec3& x) {
-        return (x.array() >= shared.low).all() && (x.array() <= shared.high).all();
-    };
     for (const std::int32_t n : surface.used_nodes) {
-        const Vec3& x = a.places[std::size_t(n)];
-        if (!inside(x) || !reaches(n)) continue;
+        if (beyond[std::size_t(n)]) continue;
         SurfacePlace own;
         own.count = 1;
         own.node[0] = {n, 1};
-        met.push_back({n, note(own, x)});
+        if (const auto foot = note(own, a.places[std::size_t(n)])) met.push_back({n, *foot});
     }
-    const auto met_by = [&](std::int32_t node) {
+    const auto met_by = [&](std::int32_t node) -> const FaceDistance::Foot* {
+        if (beyond[std::size_t(node)]) return nullptr;
         const auto at = std::ranges::lower_bound(met, node, {}, &Met::node);
-        return at != met.end() && at->node == node ? at->normal : Vec3(Vec3::Zero());
+        return at != met.end() && at->node == node ? &at->foot : nullptr;
     };
     std::vector<double> shares;
     for (const FacetedSurface::Edge* edge : edges) {
         const FacetedSurface::Edge& e = *edge;
         const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
-        BoundingBox way;
-        way.add(x0);
-        way.add(x1);
-        if (!way.touches(shared)) continue;
+        if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & ~kOutOfReach)
+            continue;
         distance.crossings(x0, x1, shares);
         for (std::size_t k = 0; k + 1 < shares.size(); ++k) {
             if (!(shares[k + 1] - shares[k] > 1e-9)) continue;
             note_on_edge(e, 0.5 * (shares[k] + shares[k + 1]));
         }
         // Ends that lie on two sides of b, of no depth, and between them its edge.
-        const Vec3 n0 = met_by(e.nodes[0]), n1 = met_by(e.nodes[1]);
-        if (!n0.isZero(0) && !n1.isZero(0) && n0.dot(n1) < kSharpEdge)
+        const FaceDistance::Foot *p = met_by(e.nodes[0]), *q = met_by(e.nodes[1]);
+        if (p && q && p->normal.dot(q->normal) < kSharpEdge &&
+            !distance.on_one_side(*p, *q,
+                                  std::min(shallow.of_face * (x1 - x0).norm(), shallow.depth)))
             for (const double share : {0.125, 0.25, 0.5, 0.75, 0.875})
                 note_on_edge(e, share);
     }
@@ -493,7 +542,7 @@ struct DeepestPlace {
 } // namespace
 
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   const BoundingBox& near, std::vector<OverlapSpot>& spots)
+                   const BoundingBox& near, std::vector<OverlapSpot>& spots, const Shallow& shallow)
 {
     const ExternalSurface& surface = a.facets.surface();
     std::vector<std::int32_t> faces;
@@ -503,11 +552,12 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
             box.add(a.places[std::size_t(n)]);
         if (box.touches(near)) faces.push_back(std::int32_t(f));
     }
-    overlap_spots(a, distance, faces, spots);
+    overlap_spots(a, distance, faces, spots, shallow);
 }
 
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots)
+                   std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots,
+                   const Shallow& shallow)
 {
     const ExternalSurface& surface = a.facets.surface();
     for (const std::int32_t number : faces) {
@@ -541,11 +591,13 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         s.own = place_of(nodes, spot(face, deepest.xi).values);
         s.node_gap = node_gap;
         s.face = deepest.size;
-        const Vec3 bends = symmetric_eigenvalues(deepest.hessian); // 0 along the normal
-        const double per_bend = s.face * s.face / 8;
-        s.bulge = bulge_of_face(a, f, s.face) +
-                  per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
-        s.round = per_bend * std::max(bends[1], 0.0);
+        if (!shallow(s)) {
+            const Vec3 bends = symmetric_eigenvalues(deepest.hessian); // 0 along the normal
+            const double per_bend = s.face * s.face / 8;
+            s.bulge = bulge_of_face(a, f, s.face) +
+                      per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
+            s.round = per_bend * std::max(bends[1], 0.0);
+        }
         spots.push_back(s);
     }
 }

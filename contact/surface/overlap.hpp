@@ -2,9 +2,9 @@
 
 #include "contact/surface/faceted_surface.hpp"
 #include "mesh/bounding_tree.hpp"
-#include "mesh/box_tree.hpp"
 #include "mesh/wall.hpp"
 
+#include <algorithm>
 #include <functional>
 #include <limits>
 #include <optional>
@@ -46,7 +46,9 @@ public:
         /// of those that meet there.
         Vec3 normal = Vec3::Zero();
         std::int32_t triangle = 0;
-        SurfacePlace place; ///< of the point
+        /// What of the triangle is nearest; within 1e-3 of it a corner or an edge.
+        TriangleFeature feature = TriangleFeature::face;
+        Vec2 xi = Vec2::Zero(); ///< of the point on its reference face
     };
 
     /// @param near  triangles that do not touch this box are left out
@@ -56,17 +58,23 @@ public:
     /// Nothing where the nearest place is on a border: there the surface has no sides.
     /// @param hint  a triangle that is probably near, or -1; that of x on return
     std::optional<Foot> at(const Vec3& x, std::int32_t& hint) const;
+    /// The point by the nodes of its face.
+    SurfacePlace place_of(const Foot& foot) const;
+    /// Is some side of the surface under both, and nothing but it under one of them? Then the way
+    /// from one to the other does not lead through the body from side to side.
+    /// @param deepest  what both may be off that side [m]: so deep the way is at most
+    bool on_one_side(const Foot& p, const Foot& q, double deepest) const;
     /// Where the way from a to b passes through the surface, as shares of it, ascending.
     void crossings(const Vec3& a, const Vec3& b, std::vector<double>& shares) const;
 
 private:
     Vec3 normal_(std::int32_t triangle) const;
-    void touch_bent_face_(const Vec3& x, const Vec3& weights, Foot& foot) const;
+    template <class Visit> void for_triangles_under_(const Foot& foot, Visit visit) const;
+    void touch_bent_face_(const Vec3& x, Foot& foot) const;
 
     PlacedSurface surface_;
     std::vector<std::int32_t> number_; // of the tree's triangles
     std::optional<BoundingTree> tree_;
-    std::optional<BoxTree> boxes_;
 };
 
 /// The longest edge between the corners of a face [m].
@@ -96,10 +104,16 @@ struct Extent {
 Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
                     std::span<const Vec3> places);
 
-/// What is deep in neither way needs no bulge: it is left 0, and costs most of a search.
+/// What is deep in neither way needs no bulge (nor `round`): it is left 0, and costs most of a
+/// search.
 struct Shallow {
     double of_face = 0; ///< depth over the smaller of the faces that meet [-]
     double depth = std::numeric_limits<double>::infinity(); ///< [m]
+
+    bool operator()(const OverlapSpot& s) const
+    {
+        return !(s.depth > std::min(of_face * s.face, depth));
+    }
 };
 
 /// Places of a that are inside the body of b; their depth is that below b.
@@ -114,9 +128,11 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
 /// Depths below 1e-3 of a face may be left out. Cost: one sample for each face near the shape, some
 /// more where it enters the face.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   const BoundingBox& near, std::vector<OverlapSpot>& spots);
+                   const BoundingBox& near, std::vector<OverlapSpot>& spots,
+                   const Shallow& shallow = {});
 /// The same of some faces alone.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots);
+                   std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots,
+                   const Shallow& shallow = {});
 
 } // namespace amontons

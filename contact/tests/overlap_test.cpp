@@ -7,6 +7,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <limits>
+#include <numbers>
 
 using namespace amontons;
 using namespace amontons::test;
@@ -265,6 +266,49 @@ TEST_CASE("what is measured of bent quadrilaterals does not depend on where thei
         CHECK(one[i].bulge == doctest::Approx(other[i].bulge).epsilon(1e-9));
         // At a corner the face beneath counts, not a side, whose edges are shorter.
         CHECK(one[i].face == doctest::Approx(0.225).epsilon(1e-3));
+    }
+}
+
+TEST_CASE("feet lie on one side where a face that both have is all that one of them has")
+{
+    const TouchingBody block =
+        box_body(ElementKind::T4, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0}, {4, 4, 2});
+    const FacetedSurface facets(block.surface);
+    const FaceDistance distance({facets, block.mesh.nodes}, all_space());
+    std::int32_t hint = -1;
+    const auto foot = [&](const Vec3& x) { return *distance.at(x, hint); };
+    const auto above = foot({0.3, 0.1, 1e-4}), on_edge = foot({0.5, 0.15, 0}),
+               outside = foot({0.5 + 1e-4, 0.15, 1e-4}),
+               near_edge = foot({0.5 - 1e-6, 0.15, -1e-5}), beside = foot({0.5, 0.13, -0.1}),
+               other = foot({-0.5, 0.13, 0});
+    REQUIRE(near_edge.normal.x() > 0.99); // of the side, which is nearer
+    CHECK(distance.on_one_side(above, on_edge, 2e-4));
+    CHECK(distance.on_one_side(on_edge, above, 2e-4));
+    CHECK(distance.on_one_side(above, outside, 2e-4));
+    CHECK(distance.on_one_side(above, near_edge, 2e-4));
+    CHECK(distance.on_one_side(beside, on_edge, 2e-4));
+    CHECK(!distance.on_one_side(above, outside, 1e-5)); // farther off than that
+    // Through the body, and from edge to edge, where what is between them may be anything.
+    CHECK(!distance.on_one_side(above, beside, 2e-4));
+    CHECK(!distance.on_one_side(beside, other, 2e-4));
+    CHECK(!distance.on_one_side(on_edge, other, 2e-4));
+    CHECK(!distance.on_one_side(above, foot({0.3, 0.1, -0.5}), 2e-4));
+}
+
+TEST_CASE("an edge whose ends lie on two sides of a body, of no depth, overlaps between them")
+{
+    for (const ElementKind kind : kKinds) {
+        TouchingBody lower = box_body(kind, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0}, {1, 1, 1});
+        // A wedge whose only edge within reach goes from the top to a side.
+        TouchingBody upper = box_body(kind, {0, 0, 0}, {1, 1, 1}, {1, 1, 1});
+        Eigen::Isometry3d there = Eigen::Isometry3d::Identity();
+        const double way = std::sqrt(0.02);
+        for (Vec3& x : upper.mesh.nodes) // its lowest edge runs along x
+            x = Vec3(x.x() * way, (x.y() - x.z()) / std::sqrt(2), (x.y() + x.z()) / std::sqrt(2));
+        there.translate(Vec3(0.4, 0.05, 0))
+            .rotate(Eigen::AngleAxisd(std::numbers::pi / 4, Vec3::UnitY()));
+        upper.move(there);
+        CHECK(mesh_overlap(lower, upper) > 0.04); // 0.05 in the middle of the edge
     }
 }
 

@@ -2,6 +2,7 @@
 
 #include "mesh/generate/ball.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <random>
@@ -79,5 +80,28 @@ TEST_CASE(
             CHECK(found.squared == whole.squared);
             CHECK(found.at.point == whole.at.point);
         }
+    }
+}
+
+TEST_CASE("the tree visits each triangle whose box touches another, once, and no other")
+{
+    const SurfaceMesh mesh = *make_ball({Vec3{0.2, 0, 0}, 1, true, 0.4}).surface;
+    const BoundingTree tree{mesh};
+    std::mt19937 rng{4};
+    std::uniform_real_distribution<double> uniform{-1.5, 1.5};
+    for (int k = 0; k < 100; ++k) {
+        BoundingBox box;
+        box.add(Vec3{uniform(rng), uniform(rng), uniform(rng)});
+        if (k % 3 > 0) box.add(Vec3{uniform(rng), uniform(rng), uniform(rng)});
+        std::vector<std::int32_t> expected, visited;
+        for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
+            BoundingBox own;
+            for (const int corner : mesh.triangles[i])
+                own.add(mesh.points[static_cast<std::size_t>(corner)]);
+            if (own.touches(box)) expected.push_back(static_cast<std::int32_t>(i));
+        }
+        tree.visit(box, [&](std::int32_t i) { visited.push_back(i); });
+        std::sort(visited.begin(), visited.end());
+        CHECK(visited == expected);
     }
 }

@@ -347,6 +347,7 @@ void BodyStepper::note_friction_before()
 /// that are none at its end: the force has passed on, to a place of which half is missing too.
 double BodyStepper::friction_of_departed() const
 {
+    if (rubbed_.contact.empty()) return 0;
     std::set<BodySystem::Key> now;
     for (const BodyContact& c : list_.contact)
         now.insert({c.pair, c.id});

@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <span>
 #include <utility>
 
 // How far bodies stand in each other, measured on their surfaces, and what rows there would leave
@@ -112,6 +113,15 @@ double ContactFinder::thinner_of(const std::vector<BodyRef>& bodies, const Conta
 {
     const double own = thickness(bodies, p.a);
     return p.b >= 0 ? std::min(own, thickness(bodies, p.b)) : own;
+}
+
+/// 0 as long as nothing has asked for it: a search in shapes takes less than it.
+double ContactFinder::thinner_if_known(const ContactPair& p) const
+{
+    const auto known = [&](int body) {
+        return std::size_t(body) < thickness_.size() ? thickness_[std::size_t(body)] : 0.0;
+    };
+    return p.b >= 0 ? std::min(known(p.a), known(p.b)) : known(p.a);
 }
 
 void ContactFinder::limit_reach(const std::vector<BodyRef>& bodies, bool dynamic)
@@ -234,22 +244,24 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         return;
     }
     const PlacedSurface own{*p.surface_a->facets, a.solid->places(), below_a};
+    // Whatever the bulge, no limit is less than this.
+    Shallow shallow;
+    if (!p.small)
+        shallow = {kRowsAhead * (meshes ? kAllowedOfFace : kRowsOfRound),
+                   kRowsAhead * kRowsOfThickness *
+                       (meshes ? thinner_of(bodies, p) : thinner_if_known(p))};
     if (p.b < 0) {
-        overlap_spots(own, distance_from_obstacle(p), everywhere(), spots);
+        overlap_spots(own, distance_from_obstacle(p), everywhere(), spots, shallow);
         return keep(false);
     }
     const BodyRef& b = bodies[std::size_t(p.b)];
     if (b.rigid) {
         const AxisBox box = boxes_[std::size_t(p.b)];
-        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots);
+        overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots,
+                      shallow);
         return keep(false);
     }
     const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b};
-    // Whatever the bulge, no limit is less than this.
-    Shallow shallow;
-    if (!p.small)
-        shallow = {kRowsAhead * kAllowedOfFace,
-                   kRowsAhead * kRowsOfThickness * thinner_of(bodies, p)};
     overlap_spots(own, other, spots, shallow);
     keep(false);
     overlap_spots(other, own, spots, shallow);
@@ -377,6 +389,10 @@ double ContactFinder::start_overlap_left(int pair) const
 
 double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to)
 {
+    const auto counts = [&](const ContactPair& p) {
+        return !p.small && !bodies[std::size_t(p.a)].rod;
+    };
+    if (std::ranges::none_of(std::span(pairs_).first(given_), counts)) return 0;
     std::vector<double> motion;
     for (const BodyRef& b : bodies)
         motion.push_back(b.body->prescribed_motion(from, to));
@@ -386,7 +402,7 @@ double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, doub
     double share = 0;
     for (std::size_t k = 0; k < given_; ++k) {
         const ContactPair& p = pairs_[k];
-        if (p.small || bodies[std::size_t(p.a)].rod) continue;
+        if (!counts(p)) continue;
         const double way = motion[std::size_t(p.a)] + (p.b >= 0 ? motion[std::size_t(p.b)] : 0.0);
         if (way <= p.reach || (p.b >= 0 && apart(p, way + p.reach))) continue;
         if (p.b < 0) {

@@ -112,13 +112,13 @@ std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const V
 namespace {
 
 /// The normal of a surface at a foot, which does not jump from face to face.
-Vec3 smooth_normal_at(const FaceDistance::Foot& foot, const FacetedSurface& facets,
-                      SmoothNormalsOnDemand& smooth)
+Vec3 smooth_normal_at(const FaceDistance::Foot& foot, const SurfacePlace& place,
+                      const FacetedSurface& facets, SmoothNormalsOnDemand& smooth)
 {
     const std::int32_t face = facets.triangles()[std::size_t(foot.triangle)].face;
     const auto nodes = facets.surface().face(std::size_t(face));
     PerNode values = PerNode::Zero();
-    for (const StencilEntry& e : foot.place.nodes())
+    for (const StencilEntry& e : place.nodes())
         if (const auto at = std::ranges::find(nodes, e.node); at != nodes.end())
             values[at - nodes.begin()] = e.weight;
     return smooth.normal(face, values).value_or(foot.normal);
@@ -176,9 +176,9 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             } else {
                 const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
                 if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
-                normal = smooth_normal_at(*foot, *met->facets, *smooth);
+                foot_place = faces->place_of(*foot);
+                normal = smooth_normal_at(*foot, foot_place, *met->facets, *smooth);
                 k.gap = normal.dot(k.point - foot->point);
-                foot_place = foot->place;
             }
             if (out_of.dot(normal) > -kFacing) continue; // a side, which this face does not press
             k.gap += r.tolerance;
