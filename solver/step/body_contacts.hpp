@@ -276,7 +276,7 @@ public:
     double thickness(const std::vector<BodyRef>& bodies, int body); ///< thickness_of, kept [m]
     /// Thickness of the thinner body of a pair [m].
     double thinner_of(const std::vector<BodyRef>& bodies, const ContactPair& p);
-    /// The same where both are known already; infinite where not [m].
+    /// The same of what is known already, 0 of what is not [m].
     double thinner_if_known(const ContactPair& p) const;
     /// Sets the depths by which the bodies of pairs overlap at the start, where these are to be
     /// separated or the overlap is to be kept as a fit. Before the first step.

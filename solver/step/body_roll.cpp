@@ -22,34 +22,6 @@
 // spin. Only contacts between rigid bodies, and of these with obstacles, count.
 
 namespace amontons {
-namespace {
-
-struct UnseenTurns {
-    Eigen::Matrix3Xd now;  ///< axes, orthonormal
-    Eigen::Matrix3Xd mean; ///< of a single one: half way between that of the start and this
-};
-
-/// The axes of turns that are not seen.
-UnseenTurns unseen_turns(const Mat3& seen_now, const Mat3& seen_before)
-{
-    constexpr double kUnseen = 1e-9;
-    const auto axes = [&](const Mat3& seen) {
-        const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(seen));
-        return Eigen::Matrix3Xd(e.vectors.leftCols((e.values.array() <= kUnseen).count()));
-    };
-    UnseenTurns t{axes(seen_now), {}};
-    t.mean = t.now;
-    if (t.now.cols() != 1) return t;
-    const Eigen::Matrix3Xd before = axes(seen_before);
-    if (before.cols() != 1) return t;
-    const double sign = before.col(0).dot(t.now.col(0)) < 0 ? -1 : 1;
-    t.mean.col(0) = (t.now.col(0) + sign * before.col(0)).normalized();
-    // What is taken back along `now` is all that there is along `mean`.
-    t.mean.col(0) /= t.mean.col(0).dot(t.now.col(0));
-    return t;
-}
-
-} // namespace
 
 /// Rigid bodies that the last contact problem left unbalanced: whether their loads change as they
 /// roll. From then on, to the end of the step, that change is in the problem.
@@ -181,24 +153,11 @@ void BodyStepper::find_rolling()
     const bool begins = rolled_.empty();
     rolled_.resize(bodies(), Vec3::Zero());
     hanging_.pull = Eigen::VectorXd::Zero(modes);
-    std::vector<Mat3> seen = seen_turns();
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!free(int(b))) continue;
-        BodyPlace at{{}, system_.refs[b].rigid->iterate().first};
-        const Vec3 moved = body(b).displacement(at);
+        const Vec3 moved = body(b).displacement({{}, system_.refs[b].rigid->iterate().first});
         farthest = std::max(farthest, (moved - rolled_[b]).norm() / body(b).size());
         rolled_[b] = moved;
-        // A spin is taken back: iterations compose it of turns about other axes.
-        const Mat3 own = S.block<3, 3>(first[b] + 3, first[b] + 3);
-        if (own.norm() > 0) seen[b] += own * own / own.squaredNorm();
-        at.turns = true;
-        const auto [now, mean] =
-            unseen_turns(seen[b], seen_at_start_.empty() ? Mat3(Mat3::Zero()) : seen_at_start_[b]);
-        const double stiff = load / body(b).size();
-        hanging_.pull.segment<3>(first[b] + 3) =
-            -stiff * body(b).size() * (now * mean.transpose() * body(b).displacement(at));
-        for (Eigen::MatrixXd* K : {&hanging_.used, &hanging_.away})
-            K->block<3, 3>(first[b] + 3, first[b] + 3) += stiff * now * now.transpose();
     }
     if (begins)
         pull_back_ = kFirst;
@@ -209,40 +168,13 @@ void BodyStepper::find_rolling()
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!free(int(b))) continue;
         const double own = pull_back_ * load / body(b).size();
-        hanging_.pull.segment<3>(first[b]) -= own * rolled_[b];
+        hanging_.pull.segment<3>(first[b]) = -own * rolled_[b];
         for (Eigen::MatrixXd* K : {&hanging_.used, &hanging_.away})
             K->diagonal().segment<3>(first[b]).array() += own;
     }
 }
 
-/// Of each body, the sum of t t^T over the rows of contacts with a force: t, what a row sees of a
-/// turn, over the body's size.
-std::vector<Mat3> BodyStepper::seen_turns() const
-{
-    std::vector<Mat3> seen(bodies(), Mat3::Zero());
-    std::vector<Eigen::Triplet<double>> column;
-    for (int c = 0; c < int(list_.contact.size()); ++c) {
-        const BodyContact& k = list_.contact[std::size_t(c)];
-        const auto known = force_.find(key(c));
-        if (known == force_.end() || known->second.isZero(0)) continue;
-        for (const int b : {k.a, k.b}) {
-            if (b < 0 || !system_.refs[std::size_t(b)].rigid) continue;
-            const Body& body = this->body(std::size_t(b));
-            for (int row = 0; row < rows_of(system_.finder.pairs(), k); ++row) {
-                column.clear();
-                body.add_column({{}, k.point}, k.frame.col(row), 1, 0, column);
-                Vec3 turn = Vec3::Zero();
-                for (const auto& entry : column)
-                    if (entry.row() >= 3) turn[entry.row() - 3] += entry.value();
-                seen[std::size_t(b)] += turn * turn.transpose() / (body.size() * body.size());
-            }
-        }
-    }
-    return seen;
-}
-
-/// Motions that no row sees and that change/// Motions that no row sees and that change no load, as
-/// a ball's spin: rounding would lead far.
+/// Motions that no row sees and that change no load, as a ball's spin: rounding would lead far.
 /// @param T  of what rows hold; such motions get this stiffness in it
 void BodyStepper::hold_unseen(Eigen::MatrixXd& T, const Eigen::MatrixXd& S, double stiffness) const
 {

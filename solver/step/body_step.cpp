@@ -415,7 +415,6 @@ bool BodyStepper::run()
         }
     }
     find();
-    if (!step_.dynamic) seen_at_start_ = seen_turns();
     expect_motion();
     rods_only_ = rods_alone() && (!system_.finder.pairs().empty() || !system_.couplings.empty());
     bool nonlinear = false;

@@ -143,7 +143,6 @@ private:
     bool roll();
     void find_rolling();
     Eigen::VectorXd stiffness_by_forces(double length) const;
-    std::vector<Mat3> seen_turns() const;
     void hold_unseen(Eigen::MatrixXd& T, const Eigen::MatrixXd& S, double stiffness) const;
     // body_hang.cpp
     bool hangs() const;
@@ -258,7 +257,6 @@ private:
         bool empty() const { return used.size() == 0; }
     } hanging_;
     bool rolls_ = false;        ///< rigid bodies on curved surfaces, in this step: see roll()
-    std::vector<Mat3> seen_at_start_; ///< seen_turns() there, of steps at rest
     std::vector<Vec3> rolled_;  ///< of each body, its shift over the step so far [m]
     double pull_back_ = 0;      ///< of its load over its size, towards the start of the step
     bool left_upright_ = false; ///< an unstable balance, in this step
