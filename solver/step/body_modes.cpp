@@ -349,6 +349,8 @@ bool BodyStepper::solve_with_modes()
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
+            unbalanced_ = worst_motion;
+            unbalanced_body_ = worst_body;
             report_.refusal = fmt::format(
                 "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
                 system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));

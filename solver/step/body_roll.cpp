@@ -3,6 +3,7 @@
 #include "mesh/base/dense.hpp"
 #include "solver/body/rigid_body.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
@@ -23,12 +24,30 @@
 
 namespace amontons {
 
-/// Rigid bodies that the last contact problem left unbalanced: whether their loads change as they
-/// roll. From then on, to the end of the step, that change is in the problem.
+/// A rigid body of whose chosen contacts one is with, or of, a round surface.
+bool BodyStepper::touches_round(int b) const
+{
+    if (!system_.refs[std::size_t(b)].rigid) return false;
+    const auto round = [&](int body) {
+        const RigidBody* rigid = body < 0 ? nullptr : system_.refs[std::size_t(body)].rigid;
+        return rigid && is_round(rigid->shape());
+    };
+    return std::ranges::any_of(rows_.chosen, [&](int c) {
+        if (c >= int(list_.contact.size())) return false;
+        const BodyContact& k = list_.contact[std::size_t(c)];
+        if (k.a != b && k.b != b) return false;
+        return round(k.a) || round(k.b) ||
+               (k.b < 0 && !system_.finder.pairs()[std::size_t(k.pair)].plane);
+    });
+}
+
+/// Rigid bodies that the last contact problem left unbalanced: whether their loads become less as
+/// they roll. From then on, to the end of the step, that change is in the problem.
 bool BodyStepper::roll()
 {
     constexpr double kCurved = 1e-6; // of the load per size: flat surfaces leave rounding
-    if (rolls_ || step_.dynamic || rows_.count == 0) return false;
+    if (rolls_ || step_.dynamic || rows_.count == 0 || unbalanced_.size() == 0) return false;
+    if (!touches_round(int(unbalanced_body_))) return false;
     const std::map<BodySystem::Key, Vec3> known = force_;
     const int contacts_here = int(list_.contact.size());
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
@@ -42,7 +61,15 @@ bool BodyStepper::roll()
     hanging_ = {};
     rolls_ = true;
     find_rolling();
-    if (!hanging_.empty() && hanging_.stiffness.norm() > kCurved * hanging_.load) {
+    const auto held = [&] { // a block that tips over an edge is not
+        Eigen::Index at = 0;
+        for (std::size_t b = 0; b < unbalanced_body_; ++b)
+            at += mode_load_[b].size();
+        const Eigen::Index size = unbalanced_.size();
+        return unbalanced_.dot(hanging_.stiffness.block(at, at, size, size) * unbalanced_) >
+               kCurved * unbalanced_.squaredNorm() * hanging_.load / body(unbalanced_body_).size();
+    };
+    if (!hanging_.empty() && held()) {
         rolled_.clear();
         find_hanging();
         modes_coupled_ = !modes_apart_;

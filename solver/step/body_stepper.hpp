@@ -140,6 +140,7 @@ private:
                            const std::vector<std::pair<int, double>>& soft);
     std::vector<Eigen::VectorXd> coupled_gain(const std::vector<Eigen::VectorXd>& load) const;
     // body_roll.cpp
+    bool touches_round(int body) const;
     bool roll();
     void find_rolling();
     Eigen::VectorXd stiffness_by_forces(double length) const;
@@ -258,6 +259,8 @@ private:
     } hanging_;
     bool rolls_ = false;        ///< rigid bodies on curved surfaces, in this step: see roll()
     std::vector<Vec3> rolled_;  ///< of each body, its shift over the step so far [m]
+    Eigen::VectorXd unbalanced_;      ///< load on the modes of a body that multipliers left
+    std::size_t unbalanced_body_ = 0; ///< that body
     double pull_back_ = 0;      ///< of its load over its size, towards the start of the step
     bool left_upright_ = false; ///< an unstable balance, in this step
     Eigen::MatrixXd coupled_B_; ///< modes of all bodies seen by all rows, where some hang
