@@ -22,7 +22,7 @@ class BoundingTree {
 public:
     /// The corners of a triangle [m].
     struct Corners {
-        Vec3 a, b, c;
+        Vec3 a, b, c; ///< places
     };
 
     /// @param mesh  at least one triangle; its corners are copied

@@ -299,7 +299,7 @@ TEST_CASE("an edge whose ends lie on two sides of a body, of no depth, overlaps 
 {
     for (const ElementKind kind : kKinds) {
         TouchingBody lower = box_body(kind, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0}, {1, 1, 1});
-        // A wedge whose only edge within reach goes from the top to a side.
+        // A wedge whose only edge within reach leads from the top to a side.
         TouchingBody upper = box_body(kind, {0, 0, 0}, {1, 1, 1}, {1, 1, 1});
         Eigen::Isometry3d there = Eigen::Isometry3d::Identity();
         const double way = std::sqrt(0.02);

@@ -28,7 +28,7 @@ struct Crossing { // of a grid edge, from node (x, y, z) along an axis
 };
 
 // The vertices of a cell, one for each sheet of the surface that passes through it. Where the signs
-// of a face's corners alternate, its sides in the free space are parted: the wall goes on.
+// of a face's corners alternate, its sides in the free space are parted: the wall continues.
 struct CellSheets {
     int count = 0;
     std::int8_t sheet_of[12]; // of an edge of the cell that is crossed, else -1

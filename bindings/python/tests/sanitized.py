@@ -1,7 +1,7 @@
 """What validation/robustness.sh runs with the module under sanitizers.
 
     sanitized.py views      10 000 steps, views kept at random: nothing is read that no longer exists, nothing changes
-    sanitized.py refusals   wrong use of all kinds: an exception each, and what was right goes on
+    sanitized.py refusals   wrong use of all kinds: an exception each, and what was right continues
     sanitized.py threads    8 threads in one vessel: the bits of one alone
 """
 

@@ -126,8 +126,8 @@ TEST_CASE(
         }
         CHECK(crossings == (way > 0.2 ? 1 : 0));
     }
-    // Gaps do not jump where a contact comes or goes, by which it could act or not: what comes has
-    // as much room as its neighbours leave, and what goes has more than what is there by then.
+    // Gaps do not jump where a contact appears or disappears, by which it could act or not: a new
+    // one has as much room as its neighbours leave, a lost one more than what is there by then.
     const auto least = [](const std::vector<CurveContact>& found, bool crossings) {
         double gap = 1;
         for (const CurveContact& c : found)
