@@ -15,6 +15,7 @@
 #include <numeric>
 #include <random>
 #include <string>
+#include <unistd.h>
 
 using namespace amontons;
 
@@ -82,7 +83,9 @@ std::string bar_file(ElementKind kind, std::array<std::int32_t, 3> cells, double
     mesh.face_sets.clear();
     mesh.node_sets.clear();
     mesh.element_sets.clear();
-    const auto folder = std::filesystem::temp_directory_path() / "amontons_patch_joint";
+    // Tests that run side by side have folders of their own.
+    const auto folder =
+        std::filesystem::temp_directory_path() / fmt::format("amontons_patch_joint_{}", getpid());
     std::filesystem::create_directories(folder);
     const std::string path = (folder / "bar.nodes").string();
     write_volume(path, mesh);

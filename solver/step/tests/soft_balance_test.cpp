@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <fstream>
+#include <unistd.h>
 
 using namespace amontons;
 
@@ -139,7 +140,8 @@ TEST_CASE("a wall under a wire's forces is where a solid alone is under the same
         // The same mesh as a file, each node that is pushed a set.
         const std::vector<SoftVessel> vessels = build_soft_vessels(scene);
         const VolumeMesh& mesh = vessels[0].tube->mesh();
-        const auto folder = std::filesystem::temp_directory_path() / "amontons_soft_balance";
+        const auto folder = std::filesystem::temp_directory_path() /
+                            fmt::format("amontons_soft_balance_{}", getpid());
         std::filesystem::create_directories(folder);
         std::ofstream nodes(folder / "wall.nodes"), elements(folder / "wall.elements");
         nodes.precision(17);
