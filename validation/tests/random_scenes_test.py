@@ -48,7 +48,7 @@ def check_other_program(program):
         assert pathlib.Path(folder, "r", "random.csv").read_text().startswith("kind,drawn,done,refused,known,wrong")
 
 
-def told(scene, seed):
+def print_scene(scene, seed):
     print(f"{scene['outcome'].upper()} scene {scene['scene']} of seed {seed} ({scene['case']}: {scene['drawn']})")
     for f in scene["findings"]:
         print(f"    {f['law']}: {f['text']}")
@@ -58,11 +58,11 @@ def check_mixed(program, seed, numbers):
     """Scenes that mix bodies, each of which has to be done."""
     kinds, wrong = set(), 0
     for number in numbers:
-        [scene] = json.loads(run(program, "--suite", "mixed", "--seed", seed, "--scene", number, "--json").stdout)
+        scene = json.loads(run(program, "--suite", "mixed", "--seed", seed, "--scene", number, "--json").stdout)
         kinds.add(scene["case"])
         if scene["outcome"] != "done":
             wrong += 1
-            told(scene, seed)
+            print_scene(scene, seed)
     print(f"{len(numbers)} scenes of {len(kinds)} kinds: {wrong} not done")
     return 1 if wrong else 0
 
@@ -91,7 +91,7 @@ def main():
     assert all(again[k] == scenes[0][k] for k in ("case", "drawn", "outcome")), again
     for s in scenes:
         if s["outcome"] not in ("done", "known"):
-            told(s, options.seed)
+            print_scene(s, options.seed)
     count = {o: sum(s["outcome"] == o for s in scenes) for o in ("done", "refused", "known", "wrong")}
     print(f"{len(scenes)} scenes: {count}, {sum(s['cpu_seconds'] for s in scenes):.1f} s of processor time")
     return 1 if count["wrong"] else 0
