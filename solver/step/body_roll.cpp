@@ -96,6 +96,8 @@ void BodyStepper::find_rolling()
         modes += mode_load_[b].size();
         load += mode_load_[b].norm();
     }
+    constexpr Eigen::Index kMostModes = 600; // dense algebra on them
+    if (modes > kMostModes) return;
     const auto free = [&](int b) {
         return b >= 0 && system_.refs[std::size_t(b)].rigid && first[std::size_t(b)] >= 0;
     };
