@@ -378,6 +378,10 @@ bool BodyStepper::solve()
             report_.refusal = "the contact-free motion is not finite";
             return false;
         }
+        if (rows_.count > 0 && !problem_.W.diagonal().allFinite()) {
+            report_.refusal = "the compliance of the contacts and joints is not finite";
+            return false;
+        }
         r_ = warm_start();
         const bool solved = solve_with_modes();
         if (rescales < kMostRescales && rescale_modes()) {
