@@ -85,7 +85,7 @@ struct DistanceField::Shared {
     int threads = 1;
     std::string path; // of the file of samples, or ""
     std::vector<std::string> messages;
-    bool sampled = false; // since the file was read
+    bool sampled = false;      // since the file was read
     std::vector<Key> expected; // blocks that will probably be asked for, the latest last
     std::condition_variable_any wake;
 

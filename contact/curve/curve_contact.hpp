@@ -94,9 +94,9 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    std::size_t first = 0, std::vector<SeenDistance>* seen = nullptr);
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
-/// touches itself where its arc between is longer than three radii. What lies between stations along
-/// each other and a crossing is both in part: their gaps contain an overlap that is allowed, at most
-/// 0.01125 of the two radii.
+/// touches itself where its arc between is longer than three radii. What lies between stations
+/// along each other and a crossing is both in part: their gaps contain an overlap that is allowed,
+/// at most 0.01125 of the two radii.
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
                  std::vector<CurveContact>& out);
 

@@ -89,7 +89,8 @@ std::vector<MeaningTable> make_tables()
            "Largest contact pressure of A on B; where faces are larger than what they touch, of "
            "the forces on their nodes over the area there."},
           {"A_on_B_force", "N",
-           "Contact force that A exerts on B, in all; of a body and itself, on one of the two sides.",
+           "Contact force that A exerts on B, in all; of a body and itself, on one of the two "
+           "sides.",
            vector},
           {"NAME_contact_force", "N", "Force that all contacts exert on the body.", vector},
           {"NAME_max_displacement", "m",

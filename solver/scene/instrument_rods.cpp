@@ -169,11 +169,12 @@ void check_instrument_rods(const Scene& scene, Findings& findings)
                             "instruments in one another come out of one",
                             widest(*a) + widest(*b)));
         if (share_introducer(*a, *b))
-            findings.add({fmt::format("/contact/{}/between", i)},
-                         fmt::format("\"{}\" in \"{}\"", law.between[0], law.between[1]),
-                         "instruments in one another in a scene of beams and obstacles alone, without "
-                         "`density` or without `gravity`, or introducers apart" +
-                             why);
+            findings.add(
+                {fmt::format("/contact/{}/between", i)},
+                fmt::format("\"{}\" in \"{}\"", law.between[0], law.between[1]),
+                "instruments in one another in a scene of beams and obstacles alone, without "
+                "`density` or without `gravity`, or introducers apart" +
+                    why);
     }
 }
 

@@ -98,14 +98,15 @@ void BodyStepper::find_hanging()
 /// rotations without a load. Before the first forces the loads are used.
 void BodyStepper::find_hanging_on_joints()
 {
-    std::vector<Eigen::Index> first(bodies(), -1);
-    Eigen::Index modes = 0;
+    const std::vector<Eigen::Index> first = first_modes();
+    const Eigen::Index modes = first.back();
+    const auto free = [&](std::size_t b) {
+        return system_.refs[b].rigid && mode_load_[b].size() > 0;
+    };
     double load = 0, pull = 0; // of all bodies and joints [N]
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
         if (stressed(b)) return;
-        first[b] = modes;
-        modes += mode_load_[b].size();
         if (system_.refs[b].rigid) load += mode_load_[b].head<3>().norm();
     }
     constexpr Eigen::Index kMostModes = 1200; // dense algebra on them
@@ -141,7 +142,7 @@ void BodyStepper::find_hanging_on_joints()
         for (const Side& side : sides_of(contacts(), c)) {
             if (side.body < 0) continue;
             const auto b = std::size_t(side.body);
-            if (!system_.refs[b].rigid || first[b] < 0) continue;
+            if (!free(b)) continue;
             if (coupling.square) { // f arm a . b
                 const Mat3 product = row.axis_a * row.axis_b.transpose();
                 own[b] -= 0.5 * f * coupling.arm * (product + product.transpose());
@@ -168,7 +169,7 @@ void BodyStepper::find_hanging_on_joints()
     hanging_.support = Eigen::VectorXd::Zero(modes);
     bool near = !acting.empty();
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (!system_.refs[b].rigid || first[b] < 0 || !(longest[b] > 0)) continue;
+        if (!free(b) || !(longest[b] > 0)) continue;
         const Eigen::MatrixXd turns = body(b).modes().bottomRightCorner(3, 3);
         const bool known = passing[b] > 0;
         const double size = known ? passing[b] : load * longest[b];
@@ -196,11 +197,7 @@ Eigen::MatrixXd BodyStepper::unloaded_modes(std::size_t b,
 {
     constexpr double kNoChange = 1e-5; // of S
     if (hanging_.empty() || unconstrained.cols() == 0) return unconstrained;
-    Eigen::Index at = 0;
-    for (std::size_t k = 0; k < b; ++k)
-        at += mode_load_[k].size();
-    const Eigen::MatrixXd S =
-        hanging_.stiffness.block(at, at, mode_load_[b].size(), mode_load_[b].size());
+    const Eigen::MatrixXd S = of_body(hanging_.stiffness, b);
     const SymmetricEigen e =
         symmetric_eigen(Eigen::MatrixXd(unconstrained.transpose() * S * unconstrained));
     std::vector<Eigen::Index> unloaded;
@@ -238,28 +235,41 @@ bool BodyStepper::leave_upright()
     Eigen::VectorXd way = Eigen::VectorXd::Zero(hanging_.stiffness.cols());
     way(seen) = e.vectors.col(0);
     double longest = 0;
-    Eigen::Index at = 0;
-    for (std::size_t b = 0; b < bodies(); at += mode_load_[b++].size())
-        if (mode_load_[b].size() > 0)
-            longest =
-                std::max(longest, way.segment(at, mode_load_[b].size()).norm() / body(b).size());
-    at = 0;
-    for (std::size_t b = 0; b < bodies(); at += mode_load_[b++].size())
+    const std::vector<Eigen::Index> first = first_modes();
+    const auto of = [&](std::size_t b) { return way.segment(first[b], mode_load_[b].size()); };
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (mode_load_[b].size() > 0) longest = std::max(longest, of(b).norm() / body(b).size());
+    for (std::size_t b = 0; b < bodies(); ++b)
         if (system_.refs[b].rigid && mode_load_[b].size() > 0)
-            body(b).update(Eigen::VectorXd::Zero(body(b).unknowns()),
-                           kAside / longest * way.segment(at, mode_load_[b].size()),
+            body(b).update(Eigen::VectorXd::Zero(body(b).unknowns()), kAside / longest * of(b),
                            body_force_[b]);
     return true;
+}
+
+/// Of each body, the number of its first mode among those of all; behind them the number of all.
+std::vector<Eigen::Index> BodyStepper::first_modes() const
+{
+    std::vector<Eigen::Index> first{0};
+    for (const Eigen::VectorXd& load : mode_load_)
+        first.push_back(first.back() + load.size());
+    return first;
+}
+
+/// The block of a body's own modes.
+Eigen::MatrixXd BodyStepper::of_body(const Eigen::MatrixXd& all, std::size_t b) const
+{
+    const Eigen::Index first = first_modes()[b], size = mode_load_[b].size();
+    return all.block(first, first, size, size);
 }
 
 /// Of the modes of all bodies, those of bodies with chosen rows.
 std::vector<Eigen::Index> BodyStepper::seen_modes() const
 {
     std::vector<Eigen::Index> seen;
-    Eigen::Index at = 0;
-    for (std::size_t b = 0; b < bodies(); at += mode_load_[b++].size())
+    const std::vector<Eigen::Index> first = first_modes();
+    for (std::size_t b = 0; b < bodies(); ++b)
         for (Eigen::Index i = 0; i < B_[b].cols(); ++i)
-            seen.push_back(at + i);
+            seen.push_back(first[b] + i);
     return seen;
 }
 
@@ -267,13 +277,11 @@ std::vector<Eigen::Index> BodyStepper::seen_modes() const
 Eigen::VectorXd BodyStepper::change_by_hanging(std::size_t b) const
 {
     Eigen::VectorXd all = Eigen::VectorXd::Zero(hanging_.used.cols());
-    Eigen::Index at = 0, own = 0;
-    for (std::size_t k = 0; k < bodies(); at += mode_load_[k++].size()) {
-        if (k == b) own = at;
-        if (mode_[k].size() > 0) all.segment(at, mode_[k].size()) = mode_[k];
-    }
-    Eigen::VectorXd change = hanging_.used.middleRows(own, mode_load_[b].size()) * all;
-    if (hanging_.pull.size() > 0) change -= hanging_.pull.segment(own, mode_load_[b].size());
+    const std::vector<Eigen::Index> first = first_modes();
+    for (std::size_t k = 0; k < bodies(); ++k)
+        if (mode_[k].size() > 0) all.segment(first[k], mode_[k].size()) = mode_[k];
+    Eigen::VectorXd change = hanging_.used.middleRows(first[b], mode_load_[b].size()) * all;
+    if (hanging_.pull.size() > 0) change -= hanging_.pull.segment(first[b], mode_load_[b].size());
     return change;
 }
 

@@ -232,6 +232,8 @@ bool BodyStepper::solve_with_modes()
     options.patience = kModesPatience;
     options.stop = options_.stop;
 
+    unbalanced_.resize(0);
+
     // ---- Multipliers: solve, then a <- a + s (B^T r + g)
     double best = std::numeric_limits<double>::infinity();
     const int begun = report_.iterations;

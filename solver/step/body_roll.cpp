@@ -61,15 +61,10 @@ bool BodyStepper::roll()
     hanging_ = {};
     rolls_ = true;
     find_rolling();
-    const auto held = [&] { // a block that tips over an edge is not
-        Eigen::Index at = 0;
-        for (std::size_t b = 0; b < unbalanced_body_; ++b)
-            at += mode_load_[b].size();
-        const Eigen::Index size = unbalanced_.size();
-        return unbalanced_.dot(hanging_.stiffness.block(at, at, size, size) * unbalanced_) >
-               kCurved * unbalanced_.squaredNorm() * hanging_.load / body(unbalanced_body_).size();
-    };
-    if (!hanging_.empty() && held()) {
+    // A block that tips over an edge is not held by what it rolls to.
+    if (!hanging_.empty() &&
+        unbalanced_.dot(of_body(hanging_.stiffness, unbalanced_body_) * unbalanced_) >
+            kCurved * unbalanced_.squaredNorm() * hanging_.load / body(unbalanced_body_).size()) {
         rolled_.clear();
         find_hanging();
         modes_coupled_ = !modes_apart_;
@@ -81,28 +76,19 @@ bool BodyStepper::roll()
     return false;
 }
 
-/// Adds what the contacts of rigid bodies, with the forces that are known, change as these move.
-void BodyStepper::find_rolling()
+/// S of the modes of all bodies, by the normal forces that are known on rigid bodies with contacts
+/// between these and with obstacles. Empty: no such force, or more than dense algebra is for.
+Eigen::MatrixXd BodyStepper::rolling_stiffness()
 {
-    constexpr double kStep = 1e-4;  // of the body's size
-    constexpr double kNoise = 1e-7; // of S: rounding of what was found, by the step
-    std::vector<Eigen::Index> first(bodies(), -1);
-    Eigen::Index modes = 0;
-    double load = 0; // [N]
-    for (std::size_t b = 0; b < bodies(); ++b) {
-        if (mode_load_[b].size() == 0) continue;
-        if (!system_.refs[b].rigid) return; // the balance of others is not asked for once more
-        first[b] = modes;
-        modes += mode_load_[b].size();
-        load += mode_load_[b].norm();
-    }
+    constexpr double kStep = 1e-4;           // of the body's size
+    constexpr double kNoise = 1e-7;          // of S: rounding of what was found, by the step
     constexpr Eigen::Index kMostModes = 600; // dense algebra on them
-    if (modes > kMostModes) return;
-    const auto free = [&](int b) {
-        return b >= 0 && system_.refs[std::size_t(b)].rigid && first[std::size_t(b)] >= 0;
-    };
+    const std::vector<Eigen::Index> first = first_modes();
+    const Eigen::Index modes = first.back();
+    if (modes > kMostModes) return {};
+    const auto free = [&](int b) { return b >= 0 && mode_load_[std::size_t(b)].size() > 0; };
 
-    // ---- Pairs with forces between free rigid bodies, or these and what is rigid
+    // ---- Contacts with forces between free rigid bodies, or these and what is rigid, by pair
     std::map<int, std::vector<const BodyContact*>> of_pair;
     for (int c = 0; c < int(list_.contact.size()); ++c) {
         const BodyContact& k = list_.contact[std::size_t(c)];
@@ -112,9 +98,10 @@ void BodyStepper::find_rolling()
                            (k.b < 0 || system_.refs[std::size_t(k.b)].rigid);
         if (rigid && (free(k.a) || free(k.b))) of_pair[k.pair].push_back(&k);
     }
-    if (of_pair.empty()) return;
+    if (of_pair.empty()) return {};
     // The loads on the modes of both bodies by the contacts of a pair, found at the iterate.
     BodyContacts found;
+    std::vector<Eigen::Triplet<double>> column;
     const auto loads = [&](int pair) {
         found.contact.clear();
         found.stencil.clear();
@@ -124,13 +111,11 @@ void BodyStepper::find_rolling()
             const auto at = std::ranges::find(found.contact, k->id, &BodyContact::id);
             if (at == found.contact.end()) continue;
             const double normal = k->frame.col(0).dot(force_.at({k->pair, k->id}));
-            const Vec3 force = normal * at->frame.col(0);
-            std::vector<Eigen::Triplet<double>> column;
-            for (const auto& [b, sign] : {std::pair{k->a, 1.0}, {k->b, -1.0}}) {
+            for (const auto& [b, sign] : {std::pair{k->a, normal}, {k->b, -normal}}) {
                 if (!free(b)) continue;
                 const Body& body = this->body(std::size_t(b));
                 column.clear();
-                body.add_column({{}, at->point}, force, sign, 0, column);
+                body.add_column({{}, at->point}, at->frame.col(0), sign, 0, column);
                 for (const auto& entry : column)
                     on.segment(first[std::size_t(b)], body.modes().cols()) +=
                         entry.value() * body.modes().row(entry.row()).transpose();
@@ -143,47 +128,61 @@ void BodyStepper::find_rolling()
     Eigen::MatrixXd S = Eigen::MatrixXd::Zero(modes, modes);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!free(int(b))) continue;
-        std::vector<int> pairs;
-        for (const auto& [pair, contacts] : of_pair)
-            if (contacts.front()->a == int(b) || contacts.front()->b == int(b))
-                pairs.push_back(pair);
-        if (pairs.empty()) continue;
-        const Eigen::VectorXd still = Eigen::VectorXd::Zero(body(b).unknowns());
-        const double step = kStep * body(b).size();
-        const auto iterate = system_.refs[b].rigid->iterate();
-        for (Eigen::Index m = 0; m < mode_load_[b].size(); ++m)
-            for (const double way : {step, -step}) {
-                body(b).update(still, way * Eigen::VectorXd::Unit(mode_load_[b].size(), m), {});
-                for (const int pair : pairs)
+        RigidBody& rigid = *system_.refs[b].rigid;
+        const Eigen::VectorXd still = Eigen::VectorXd::Zero(rigid.unknowns());
+        const auto iterate = rigid.iterate();
+        for (const auto& [pair, contacts] : of_pair) {
+            if (contacts.front()->a != int(b) && contacts.front()->b != int(b)) continue;
+            for (Eigen::Index m = 0; m < mode_load_[b].size(); ++m)
+                for (const double way : {kStep * rigid.size(), -kStep * rigid.size()}) {
+                    rigid.update(still, way * Eigen::VectorXd::Unit(mode_load_[b].size(), m), {});
                     S.col(first[b] + m) -= loads(pair) / (2 * way);
-                system_.refs[b].rigid->set_iterate(iterate);
-            }
+                    rigid.set_iterate(iterate);
+                }
+        }
     }
     S = 0.5 * (S + S.transpose()).eval();
-    S = (S.array().abs() > kNoise * S.cwiseAbs().maxCoeff()).select(S, 0);
+    return (S.array().abs() > kNoise * S.cwiseAbs().maxCoeff()).select(S, 0);
+}
 
-    // ---- With what hangs
+/// Adds S to the changes of the loads.
+void BodyStepper::find_rolling()
+{
+    constexpr double kNear = 10; // of -S: what is not stable stays near
+    double load = 0;             // [N]
+    for (std::size_t b = 0; b < bodies(); ++b) {
+        if (mode_load_[b].size() == 0) continue;
+        if (!system_.refs[b].rigid) return; // the balance of others is not asked for once more
+        load += mode_load_[b].norm();
+    }
+    const Eigen::MatrixXd S = rolling_stiffness();
+    if (S.size() == 0) return;
     if (hanging_.empty()) {
-        hanging_.stiffness = hanging_.used = hanging_.away = Eigen::MatrixXd::Zero(modes, modes);
-        hanging_.support = Eigen::VectorXd::Zero(modes);
+        hanging_.stiffness = hanging_.used = hanging_.away =
+            Eigen::MatrixXd::Zero(S.rows(), S.cols());
+        hanging_.support = Eigen::VectorXd::Zero(S.rows());
     }
     const SymmetricEigen e = symmetric_eigen(S);
     hanging_.stiffness += S;
     hanging_.used += S;
     hanging_.away += e.vectors * e.values.cwiseAbs().asDiagonal() * e.vectors.transpose();
     hanging_.load = std::max(hanging_.load, load);
-    constexpr double kNear = 10; // of -S: what is not stable stays near
     hanging_.support.array() += kNear * std::max(0.0, -e.values.minCoeff());
+    pull_back(load);
+}
 
-    // ---- What no force determines stays where the step starts, as far as contacts let it
+/// What no force determines stays where the step starts, as far as contacts let it: a spring there,
+/// which fades as the iterate settles, and is gone in the end.
+void BodyStepper::pull_back(double load)
+{
     constexpr double kFirst = 1e-2, kFades = 0.1, kLeast = 1e-9; // of the load over a size
     constexpr double kSettled = 1e-3;                            // of the size, in an iteration
-    double farthest = 0;
+    const std::vector<Eigen::Index> first = first_modes();
     const bool begins = rolled_.empty();
     rolled_.resize(bodies(), Vec3::Zero());
-    hanging_.pull = Eigen::VectorXd::Zero(modes);
+    double farthest = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (!free(int(b))) continue;
+        if (mode_load_[b].size() == 0) continue;
         const Vec3 moved = body(b).displacement({{}, system_.refs[b].rigid->iterate().first});
         farthest = std::max(farthest, (moved - rolled_[b]).norm() / body(b).size());
         rolled_[b] = moved;
@@ -193,13 +192,13 @@ void BodyStepper::find_rolling()
     else if (farthest <= kSettled)
         pull_back_ *= kFades;
     if (pull_back_ < kLeast) pull_back_ = 0;
-    if (pull_back_ == 0) return;
+    hanging_.pull = Eigen::VectorXd::Zero(first.back());
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (!free(int(b))) continue;
-        const double own = pull_back_ * load / body(b).size();
-        hanging_.pull.segment<3>(first[b]) = -own * rolled_[b];
+        if (mode_load_[b].size() == 0) continue;
+        const double stiffness = pull_back_ * load / body(b).size();
+        hanging_.pull.segment<3>(first[b]) = -stiffness * rolled_[b];
         for (Eigen::MatrixXd* K : {&hanging_.used, &hanging_.away})
-            K->diagonal().segment<3>(first[b]).array() += own;
+            K->diagonal().segment<3>(first[b]).array() += stiffness;
     }
 }
 

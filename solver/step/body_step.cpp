@@ -256,8 +256,8 @@ Vec3 BodyStepper::moved(const BodyContact& c) const
     return d;
 }
 
-/// A body's motion with the turns of a rod's nodes as displacements at its size [m]: norms of what is
-/// partly in [rad] would depend on the unit of length.
+/// A body's motion with the turns of a rod's nodes as displacements at its size [m]: norms of what
+/// is partly in [rad] would depend on the unit of length.
 /// @param back  the other way round
 Eigen::VectorXd BodyStepper::in_lengths(std::size_t b, Eigen::VectorXd motion, bool back) const
 {

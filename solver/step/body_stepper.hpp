@@ -143,6 +143,8 @@ private:
     bool touches_round(int body) const;
     bool roll();
     void find_rolling();
+    Eigen::MatrixXd rolling_stiffness();
+    void pull_back(double load);
     Eigen::VectorXd stiffness_by_forces(double length) const;
     void hold_unseen(Eigen::MatrixXd& T, const Eigen::MatrixXd& S, double stiffness) const;
     // body_hang.cpp
@@ -150,6 +152,8 @@ private:
     bool only_hangs() const;
     void find_hanging();
     void find_hanging_on_joints();
+    std::vector<Eigen::Index> first_modes() const;
+    Eigen::MatrixXd of_body(const Eigen::MatrixXd& all, std::size_t body) const;
     std::vector<Eigen::Index> seen_modes() const;
     Eigen::MatrixXd unloaded_modes(std::size_t b, const Eigen::MatrixXd& unconstrained) const;
     bool leave_upright();
@@ -257,14 +261,14 @@ private:
         double load = 0;           ///< of all bodies [N]
         bool empty() const { return used.size() == 0; }
     } hanging_;
-    bool rolls_ = false;        ///< rigid bodies on curved surfaces, in this step: see roll()
-    std::vector<Vec3> rolled_;  ///< of each body, its shift over the step so far [m]
+    bool rolls_ = false;              ///< rigid bodies on curved surfaces, in this step: see roll()
+    std::vector<Vec3> rolled_;        ///< of each body, its shift over the step so far [m]
     Eigen::VectorXd unbalanced_;      ///< load on the modes of a body that multipliers left
     std::size_t unbalanced_body_ = 0; ///< that body
-    double pull_back_ = 0;      ///< of its load over its size, towards the start of the step
-    bool left_upright_ = false; ///< an unstable balance, in this step
-    Eigen::MatrixXd coupled_B_; ///< modes of all bodies seen by all rows, where some hang
-    Eigen::MatrixXd elastic_W_; ///< W of these rows without modes
+    double pull_back_ = 0;            ///< of its load over its size, towards the start of the step
+    bool left_upright_ = false;       ///< an unstable balance, in this step
+    Eigen::MatrixXd coupled_B_;       ///< modes of all bodies seen by all rows, where some hang
+    Eigen::MatrixXd elastic_W_;       ///< W of these rows without modes
 };
 
 } // namespace amontons

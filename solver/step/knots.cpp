@@ -6,10 +6,11 @@ namespace amontons {
 
 double next_knot(const std::vector<const CurvePoints*>& curves, double time, double end)
 {
+    constexpr double kSame = 1e-12; // of the end: no step is so short
     double next = end;
     for (const CurvePoints* c : curves)
         for (const auto& p : *c)
-            if (p[0] > time * (1 + 1e-12) && p[0] < next) next = p[0];
+            if (p[0] > time + kSame * end && p[0] < next) next = p[0];
     return next;
 }
 

@@ -6,7 +6,7 @@
 
 namespace amontons {
 
-/// The first knot after a time, at most `end` [s].
+/// The first knot after a time by more than 1e-12 of the end of the run, which is the latest [s].
 double next_knot(const std::vector<const CurvePoints*>& curves, double time, double end);
 
 /// Length of a step that is shortened, or lengthened a little, to end at a required time.

@@ -21,8 +21,8 @@ struct UnstableBalance {
 
 /// The negative mode of an accepted equilibrium of rods at rest on the motions that its contacts
 /// admit (docs/theory/rods.md); nothing if none is found, and with viscous drag. Other bodies that
-/// can move are taken to stand still: an equilibrium that is unstable then is unstable, but not each
-/// is found. Rods alone that are stable by their contacts are marked as such.
+/// can move are taken to stand still: an equilibrium that is unstable then is unstable, but not
+/// each is found. Rods alone that are stable by their contacts are marked as such.
 /// @param step  the step that ended there
 /// Cost: nothing where all rods are stable by themselves; else a linearisation and a factor.
 std::optional<UnstableBalance> unstable_rods(BodySystem& system, const StepInput& step,

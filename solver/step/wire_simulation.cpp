@@ -35,12 +35,10 @@ std::string wire_prefix(const Scene& scene, std::size_t wire)
 
 double WireSimulation::State::next_knot() const
 {
-    double next = scene.time.end;
+    std::vector<const CurvePoints*> curves;
     for (const BeamInput& b : scene.beams)
-        for (const CurvePoints* c : {&b.insertion, &b.twist})
-            for (const auto& p : *c)
-                if (p[0] > time * (1 + 1e-12) && p[0] < next) next = p[0];
-    return next;
+        curves.insert(curves.end(), {&b.insertion, &b.twist});
+    return amontons::next_knot(curves, time, scene.time.end);
 }
 
 std::shared_ptr<const WireSimulation::State::Kept> WireSimulation::State::keep() const

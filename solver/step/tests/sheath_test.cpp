@@ -206,8 +206,8 @@ TEST_CASE("segments of an instrument have their own friction beside bodies, too"
     b.segment = R"(, "friction": 0.3)";
     const Both r = both(b);
     const double push = r.of_wire("push_force");
-    // [regression] Rods cut their steps otherwise than wires where a balance is nearly lost, 34 for 20
-    // here, and friction depends on the way: 2e-6 of the push.
+    // [regression] Rods cut their steps otherwise than wires where a balance is nearly lost, 34 for
+    // 20 here, and friction depends on the way: 2e-6 of the push.
     CHECK(r.of_rod("push_force") == doctest::Approx(push).epsilon(1e-5));
     b.segment = "";
     CHECK(done(b.scene(true)).value("wire_push_force") < 0.7 * push);

@@ -264,3 +264,24 @@ TEST_CASE("a block that slides to rest stays there with the midpoint rule")
         CHECK(std::abs(r.summary.energy.friction + r.summary.energy.released - 2) < 1e-6);
     }
 }
+
+TEST_CASE("a knot of a curve within round-off of the start makes no step of its own")
+{
+    const auto pulled = [&](const char* first) {
+        return run(fmt::format(R"("bodies": {{"b": {{"kind": "solid", "youngs_modulus": 1e5,
+            "poisson_ratio": 0.3, "density": 1000, "mesh": {{"generate": "box", "size": [1, 1, 1],
+            "element": "H8"}}, "hold": [{{"set": "z_min"}}], "loads": [{{"set": "z_max",
+            "traction": [0, 0, 100], "over": [[{}, 0], [1, 1]]}}]}}}}, )",
+                               first) +
+                   time_by_rule(0.01, 0.05, alpha(0.8)));
+    };
+    const Result at_start = pulled("0");
+    for (const char* first : {"1e-308", "1e-20"}) {
+        CAPTURE(first);
+        const Result r = pulled(first);
+        REQUIRE(r.summary.message == "");
+        CHECK(r.records.size() == at_start.records.size());
+        CHECK(r.value("b_max_displacement") ==
+              doctest::Approx(at_start.value("b_max_displacement")).epsilon(1e-12));
+    }
+}

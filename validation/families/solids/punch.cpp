@@ -40,8 +40,8 @@ std::vector<double> grown(double length, double cell, double factor)
     return at;
 }
 
-/// A quarter of a cylinder as wide and high as the grading reaches, pressed by a plane over the disc
-/// of radius a.
+/// A quarter of a cylinder as wide and high as the grading reaches, pressed by a plane over the
+/// disc of radius a.
 Punch punch(double a, double E, double nu, double depth, double mu, const Grading& g)
 {
     RoundStack o;
