@@ -172,7 +172,7 @@ void BodyStepper::find_rolling()
 }
 
 /// What no force determines stays where the step starts, as far as contacts let it: a spring there,
-/// which fades as the iterate settles, and is gone in the end.
+/// which fades as the iterate settles, and is zero in the end.
 void BodyStepper::pull_back(double load)
 {
     constexpr double kFirst = 1e-2, kFades = 0.1, kLeast = 1e-9; // of the load over a size
