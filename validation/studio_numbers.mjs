@@ -144,7 +144,7 @@ if (wanted("finished"))
       }
       return [studio.shown.moments.length, frames / seconds];
     });
-    tell(`${name}: pictures of a finished run that is played (${count} instants)`, rate, "1/s", "25 (the rate played)", rate >= 23);
+    tell(`${name}: pictures of a finished run that is played (${count} instants)`, rate, "1/s", ">= 25 (30 are played)", rate >= 25);
     await page.close();
     server.child.kill();
   }

@@ -100,6 +100,7 @@ timeline.addEventListener("input", () => {
   void showMoment(at);
 });
 
+const kPlayed = 30; // instants a second, where drawing keeps up
 let playing = false;
 export const play = el("button", { onclick: () => void playOn(), "aria-pressed": "false" }, "Play");
 async function playOn() {
@@ -111,12 +112,14 @@ async function playOn() {
   };
   show(!playing);
   if (playing && app.cursor >= app.shown.moments.length - 1) await showMoment(0);
+  let due = performance.now();
   while (playing && app.cursor < app.shown.moments.length - 1) {
-    const begun = performance.now();
+    // An instant that came late does not delay those after it; time that drawing has lost is not made up.
+    due = Math.max(due + 1000 / kPlayed, performance.now());
     app.following = false;
     await showMoment(app.cursor + 1);
     await views[0].afterDrawing(); // frames faster than the screen are of no use
-    await new Promise((r) => setTimeout(r, Math.max(0, 40 - (performance.now() - begun))));
+    await new Promise((r) => setTimeout(r, Math.max(0, due - performance.now())));
   }
   show(false);
 }
