@@ -25,7 +25,7 @@ constexpr bool is_solved(SolveStatus status)
     return status == SolveStatus::converged || status == SolveStatus::at_round_off;
 }
 
-/// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.
+/// The solvers of contact/solvers/solve.hpp; which to choose when: docs/theory/contact.md.
 enum class ContactSolver {
     automatic, ///< sweeps while they are cheap, else the path and its fallbacks
     nsgs,      ///< block Gauss-Seidel with an exact local solver

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "mesh/base/error.hpp"
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <initializer_list>
 #include <string>

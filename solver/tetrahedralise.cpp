@@ -1,10 +1,10 @@
 #include "solver/tetrahedralise.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/bounding_tree.hpp"
 #include "mesh/cgal/cgal_module.hpp"
 #include "mesh/extract_surface.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/quality.hpp"
 #include "mesh/repair_surface.hpp"

@@ -1,7 +1,7 @@
 #include "bindings/python/aside.hpp"
 #include "bindings/python/stepper.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "solver/fclib_file.hpp"
 #include "solver/step/outside.hpp"
 #include "solver/step/recorded_problem.hpp"

@@ -1,7 +1,7 @@
 #include "bindings/python/records.hpp"
 #include "haptics/link/handle_link.hpp"
 #include "haptics/session/hand_run.hpp"
-#include "solver/output/contact_bodies.hpp"
+#include "solver/record/contact_bodies.hpp"
 
 #include <chrono>
 #include <condition_variable>

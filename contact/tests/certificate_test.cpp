@@ -1,6 +1,6 @@
 #include "contact/certificate.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <doctest/doctest.h>

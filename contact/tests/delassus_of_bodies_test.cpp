@@ -1,6 +1,6 @@
-#include "contact/solve.hpp"
 #include "contact/solvers/colours.hpp"
 #include "contact/solvers/scaled_problem.hpp"
+#include "contact/solvers/solve.hpp"
 
 #include <Eigen/Geometry>
 #include <doctest/doctest.h>

@@ -1,6 +1,6 @@
 #include "contact/units.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <Eigen/Dense>

@@ -135,7 +135,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
             for (std::size_t i = 0; i < rows.row[b].size(); ++i)
                 J.row(rows.row[b][i]) = frame.col(Eigen::Index(i)).transpose();
         } else {
-            system.refs[b].body->compliance(rows.columns[b], own);
+            system.refs[b].body->matrix().compliance(rows.columns[b], own);
         }
         for (std::size_t j = 0; j < rows.row[b].size(); ++j)
             for (std::size_t i = 0; i < rows.row[b].size(); ++i)

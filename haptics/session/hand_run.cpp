@@ -5,12 +5,12 @@
 #include "haptics/device/turned.hpp"
 #include "haptics/device/udp.hpp"
 #include "haptics/link/settings.hpp"
-#include "haptics/real_time.hpp"
 #include "haptics/session/link_changes.hpp"
-#include "haptics/virtual_time.hpp"
+#include "haptics/time/real_time.hpp"
+#include "haptics/time/virtual_time.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/base/file.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/summary.hpp"
+#include "haptics/time/summary.hpp"
 
 #include <optional>
 #include <string>

@@ -1,8 +1,8 @@
 #include "haptics/device/recorded.hpp"
 #include "haptics/device/udp.hpp"
-#include "haptics/real_time.hpp"
-#include "haptics/summary.hpp"
 #include "haptics/tests/count_allocations.hpp"
+#include "haptics/time/real_time.hpp"
+#include "haptics/time/summary.hpp"
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #include "haptics/tests/count_locks.hpp"
 #else

@@ -1,7 +1,7 @@
 #include "mesh/generate/vessel.hpp"
 
 #include "mesh/base/error.hpp"
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/generate/trim_openings.hpp"
 #include "mesh/generate/vessel_shape.hpp"
 

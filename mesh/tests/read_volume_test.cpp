@@ -1,4 +1,4 @@
-#include "mesh/read_volume.hpp"
+#include "mesh/format/read_volume.hpp"
 
 #include "mesh/base/file.hpp"
 #include "mesh/tests/sample_surfaces.hpp"

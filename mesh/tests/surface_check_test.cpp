@@ -1,7 +1,7 @@
 #include "mesh/surface_check.hpp"
 
+#include "mesh/format/read.hpp"
 #include "mesh/orient_surface.hpp"
-#include "mesh/read.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "mesh/weld.hpp"

@@ -1,11 +1,11 @@
 #include "mesh/surface_wall.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/format/read.hpp"
 #include "mesh/generate/ball.hpp"
 #include "mesh/generate/tube.hpp"
 #include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
-#include "mesh/read.hpp"
 #include "mesh/smooth_surface.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "mesh/tests/wall_checks.hpp"

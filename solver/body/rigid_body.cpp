@@ -14,8 +14,8 @@ RigidBody::RigidBody(const RigidInput& input, RigidShape shape, const MassProper
     : input_(input)
     , shape_(std::move(shape))
     , mass_(mass)
-    , size_(bounding_radius(shape_))
 {
+    size_ = bounding_radius(shape_);
     const Placement start = amontons::start_placement(input.start);
     state_.turn = start.turn;
     state_.centre = start * mass_.centre;
@@ -69,16 +69,13 @@ double RigidBody::prescribed_motion(double from, double to) const
     return (b.centre - a.centre).norm() + a.turn.angularDistance(b.turn) * 2 * size_;
 }
 
-std::vector<double> RigidBody::velocities() const
+void RigidBody::swap_velocities(std::vector<double>& velocities)
 {
-    const Vec3 &v = state_.velocity, &w = state_.spin;
-    return {v.x(), v.y(), v.z(), w.x(), w.y(), w.z()};
-}
-
-void RigidBody::set_velocities(std::span<const double> v)
-{
-    state_.velocity = Vec3(v[0], v[1], v[2]);
-    state_.spin = Vec3(v[3], v[4], v[5]);
+    velocities.resize(6);
+    for (int i = 0; i < 3; ++i) {
+        std::swap(velocities[std::size_t(i)], state_.velocity[i]);
+        std::swap(velocities[std::size_t(3 + i)], state_.spin[i]);
+    }
     angular_ = inertia(state_.turn) * state_.spin;
 }
 
@@ -270,7 +267,7 @@ bool RigidBody::is_of_revolution_about(const Vec3& axis) const
     return round && axis.head<2>().norm() <= kAside * std::abs(axis.z());
 }
 
-Vec3 RigidBody::velocity(const BodyPlace& at) const
+Vec3 RigidBody::iterate_velocity(const BodyPlace& at) const
 {
     if (at.turns) return now_.spin;
     return now_.velocity + now_.spin.cross(at.point - now_.centre);
@@ -285,7 +282,7 @@ Vec3 RigidBody::start_velocity(const BodyPlace& at) const
 
 Vec3 RigidBody::past_velocity(const BodyPlace& at) const
 {
-    if (driven()) return (1 - step_.rule.end) * velocity(at);
+    if (driven()) return (1 - step_.rule.end) * iterate_velocity(at);
     if (at.turns) return past_spin_;
     const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
     return past_velocity_ + past_spin_.cross(state_.turn * arm);

@@ -48,6 +48,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
     , K_(1, false)
     , M_(1, false)
 {
+    nonlinear_ = true;
     // ---- Nodes at holds, loads and couplings
     std::vector<double> places;
     for (const RodHold& h : input_.hold)

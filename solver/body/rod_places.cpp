@@ -356,7 +356,7 @@ Vec3 RodBody::displacement(const BodyPlace& at) const
     return x - (there ? there->position() : place_on(state_, e, xi).x) + arm - turned;
 }
 
-Vec3 RodBody::velocity(const BodyPlace& at) const
+Vec3 RodBody::iterate_velocity(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
     const double xi = xi_now(e, at.nodes[0].weight), share = std::max(xi, 0.0);

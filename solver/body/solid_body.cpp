@@ -43,7 +43,6 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , small_(small)
     , corotational_(input.motion == "corotational")
     , hyperelastic_(is_hyperelastic(input))
-    , nonlinear_(corotational_ || hyperelastic_)
     , pattern_([this] { return make_pattern(mesh_); })
     , supports_([this] {
         std::vector<SparseMatrix> all;
@@ -75,6 +74,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     })
     , exact_tangent_(corotational_)
 {
+    nonlinear_ = corotational_ || hyperelastic_;
     const std::size_t n = mesh_.nodes.size();
     conditions_ = find_conditions(input_, mesh_, file);
     if (hyperelastic_) make_hyperelastic_elements(file);

@@ -280,9 +280,10 @@ std::vector<double> SolidBody::velocities() const
     return {state_.v.data(), state_.v.data() + state_.v.size()};
 }
 
-void SolidBody::set_velocities(std::span<const double> v)
+void SolidBody::swap_velocities(std::vector<double>& velocities)
 {
-    std::ranges::copy(v, state_.v.data());
+    velocities.resize(std::size_t(state_.v.size()));
+    std::ranges::swap_ranges(velocities, std::span(state_.v.data(), velocities.size()));
     if (material_.density > 0) momentum_ = mass_times(state_.v);
     spin_.reset();
 }

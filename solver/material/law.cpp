@@ -1,6 +1,6 @@
 #include "solver/material/law.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solver/output/beam_tube.hpp"
-#include "solver/output/contact_bodies.hpp"
+#include "solver/record/contact_bodies.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <string>

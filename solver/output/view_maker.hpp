@@ -1,7 +1,7 @@
 #pragma once
 
-#include "solver/output/contact_bodies.hpp"
-#include "solver/output/view_frame.hpp"
+#include "solver/output/vtk/view_frame.hpp"
+#include "solver/record/contact_bodies.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <map>

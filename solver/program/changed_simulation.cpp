@@ -1,7 +1,7 @@
 #include "solver/program/changed_simulation.hpp"
 
+#include "solver/obstacle/build.hpp"
 #include "solver/program/session.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 
 namespace amontons {

@@ -5,6 +5,7 @@
 #include "haptics/session/hand_run.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/haptic_studio.hpp"
@@ -14,7 +15,6 @@
 #include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <CLI/CLI.hpp>

@@ -1,6 +1,6 @@
 #include "solver/program/haptic_studio.hpp"
 
-#include "haptics/summary.hpp"
+#include "haptics/time/summary.hpp"
 #include "solver/program/serve_request.hpp"
 #include "solver/scene/json_text.hpp"
 

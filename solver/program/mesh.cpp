@@ -2,19 +2,19 @@
 // tetrahedralise_command.cpp.)
 
 #include "mesh/base/file.hpp"
+#include "mesh/format/read.hpp"
+#include "mesh/format/read_volume.hpp"
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/generate/solid_round.hpp"
 #include "mesh/generate/solid_tube.hpp"
-#include "mesh/read.hpp"
-#include "mesh/read_volume.hpp"
 #include "mesh/renumber.hpp"
 #include "mesh/repair_surface.hpp"
 #include "mesh/surface_check.hpp"
 #include "mesh/volume_check.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/tetrahedralise_command.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <CLI/CLI.hpp>

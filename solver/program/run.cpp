@@ -5,6 +5,7 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/module.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/problem_recorder.hpp"
@@ -17,7 +18,6 @@
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <CLI/CLI.hpp>

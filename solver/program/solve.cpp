@@ -1,6 +1,6 @@
 // amontons solve PROBLEM.hdf5: one contact problem from an FCLib file, solved and certified.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"

@@ -1,7 +1,7 @@
 #include "solver/program/tetrahedralise_command.hpp"
 
+#include "mesh/format/read.hpp"
 #include "mesh/quality.hpp"
-#include "mesh/read.hpp"
 #include "mesh/repair_surface.hpp"
 #include "mesh/size_check.hpp"
 #include "mesh/size_field.hpp"

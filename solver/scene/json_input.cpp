@@ -1,6 +1,6 @@
 #include "solver/scene/json_input.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

@@ -10,8 +10,8 @@
 #include <vector>
 
 // The contents of a scene file, in SI, with defaults. Plain data: the reader
-// (solver/scene/read.hpp) fills it, solver/scene/build.hpp makes the obstacles of a Simulation from
-// it.
+// (solver/scene/read.hpp) fills it, solver/obstacle/build.hpp makes the obstacles of a Simulation
+// from it.
 
 namespace amontons {
 

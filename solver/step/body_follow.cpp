@@ -68,8 +68,9 @@ void BodyStepper::start_following()
         ways.frame = ways.end_frame = c.frame;
         ways.point = ways.end_point = c.point;
         ways.gap = c.gap;
-        Vec3 velocity = body(std::size_t(c.a)).start_velocity(list_.place_a(c));
-        if (c.b >= 0) velocity -= body(std::size_t(c.b)).start_velocity(list_.place_b(c));
+        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(c), VelocityAt::start);
+        if (c.b >= 0)
+            velocity -= body(std::size_t(c.b)).velocity(list_.place_b(c), VelocityAt::start);
         ways.approach = c.frame.col(0).dot(velocity);
         contacts_on_.push_back(ways);
     }

@@ -1,6 +1,6 @@
 #include "solver/step/body_stepper.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/solid_body.hpp"
 
@@ -66,7 +66,7 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
 {
     std::vector<Eigen::VectorXd> f(bodies());
     for (std::size_t b = 0; b < bodies(); ++b) {
-        f[b] = Eigen::VectorXd::Zero(body(b).unknowns());
+        f[b] = Eigen::VectorXd::Zero(body(b).matrix().unknowns());
         if (!rows.row[b].empty()) f[b] += rows.columns[b] * own(rows, r, b);
     }
     return f;
@@ -80,12 +80,12 @@ bool BodyStepper::uses_factored_delassus() const
     for (std::size_t b = 0; b < bodies(); ++b) {
         const std::vector<int>& own = rows_.row[b];
         if (own.empty()) continue;
-        if (body(b).modes().cols() > 0) return false;
+        if (body(b).matrix().modes().cols() > 0) return false;
         // A body's contact with itself has rows twice.
         if (std::ranges::adjacent_find(own, std::ranges::greater_equal()) != own.end())
             return false;
         const auto rows = double(own.size());
-        of_bodies += rows * std::min(rows, double(body(b).unknowns()));
+        of_bodies += rows * std::min(rows, double(body(b).matrix().unknowns()));
         of_W += rows * rows;
     }
     return of_bodies < 0.5 * of_W;
@@ -94,7 +94,7 @@ bool BodyStepper::uses_factored_delassus() const
 /// Stiffness of a solid below each contact of a rod, independent of the number of contacts.
 void BodyStepper::note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W)
 {
-    if (step_.dynamic || !system_.refs[b].solid || body(b).modes().cols() > 0) return;
+    if (step_.dynamic || !system_.refs[b].solid || body(b).matrix().modes().cols() > 0) return;
     std::vector<int> local(std::size_t(rows_.count), -1);
     for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
         local[std::size_t(rows_.row[b][i])] = int(i);
@@ -146,7 +146,7 @@ void BodyStepper::assemble()
     held_.resize(0);
     if (uses_factored_delassus()) {
         for (std::size_t b = 0; b < bodies(); ++b)
-            if (!rows_.row[b].empty()) W[b] = compliance_root(body(b), rows_.columns[b]);
+            if (!rows_.row[b].empty()) W[b] = compliance_root(body(b).matrix(), rows_.columns[b]);
         problem_.W = delassus_of_bodies(rows_, std::move(W), soft);
         report_.compliance += watch.seconds();
         return;
@@ -159,7 +159,7 @@ void BodyStepper::assemble()
     Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
-        body(b).compliance(rows_.columns[b], W[b]);
+        body(b).matrix().compliance(rows_.columns[b], W[b]);
         note_support_stiffness(b, W[b]);
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
             give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
@@ -168,7 +168,7 @@ void BodyStepper::assemble()
     for (std::size_t b = 0; b < bodies(); ++b)
         if (!rows_.row[b].empty()) least = std::min(least, body(b).size());
     for (std::size_t b = 0; b < bodies(); ++b) {
-        const Eigen::MatrixXd& R = body(b).modes();
+        const Eigen::MatrixXd& R = body(b).matrix().modes();
         if (rows_.row[b].empty() || R.cols() == 0) continue;
         modes = true;
         B_[b] = rows_.columns[b].transpose() * R;
@@ -429,11 +429,11 @@ bool BodyStepper::solve()
         std::vector<Eigen::VectorXd> motion(bodies());
         for (std::size_t b = 0; b < bodies(); ++b) {
             y_[b] = free_[b];
-            if (!rows_.row[b].empty() && body(b).unknowns() > 0)
-                y_[b] += body(b).solve(rows_.columns[b], own(rows_, r_, b));
+            if (!rows_.row[b].empty() && body(b).matrix().unknowns() > 0)
+                y_[b] += body(b).matrix().solve(rows_.columns[b], own(rows_, r_, b));
             y_[b] = unstabilised(b, y_[b]);
             motion[b] = y_[b];
-            if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
+            if (mode_[b].size() > 0) motion[b] += body(b).matrix().modes() * mode_[b];
         }
         u = values(all_);
         add_motion(all_, motion, u);
@@ -505,7 +505,7 @@ bool BodyStepper::finish_iteration()
         if (mode_load_[b].size() > 0)
             body(b).set_unconstrained_modes(unconstrained_modes(b, kUnfelt));
         body(b).update(y_[b], mode_[b], body_force_[b]);
-        if (body(b).accepted_step_length() < 1) {
+        if (body(b).outcome().accepted_length < 1) {
             motion_before_.resize(0); // the motions used for extrapolation must be full ones
             changes_.resize(0, 0);
             made_.resize(0, 0);

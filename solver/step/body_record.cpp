@@ -36,7 +36,7 @@ BodyRecord record_rigid(const RigidBody& body)
         r.triangles.push_back({t[0], t[1], t[2]});
     Field velocity{"velocity", "m/s", 3, {}};
     for (const Vec3& x : r.points) {
-        const Vec3 v = body.velocity({{}, x});
+        const Vec3 v = body.velocity({{}, x}, VelocityAt::iterate);
         velocity.values.insert(velocity.values.end(), v.data(), v.data() + 3);
     }
     r.point_fields.push_back(std::move(velocity));
@@ -500,8 +500,9 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
     if (dynamic) {
         for (const BodyRef& b : system.refs) {
-            momentum += b.body->momentum();
-            angular += b.body->angular_momentum();
+            const BodyMotion motion = b.body->motion();
+            momentum += motion.momentum;
+            angular += motion.angular_momentum;
         }
         vector("momentum", "kg m/s", momentum);
         vector("angular_momentum", "kg m^2/s", angular);

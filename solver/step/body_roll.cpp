@@ -116,9 +116,10 @@ Eigen::MatrixXd BodyStepper::rolling_stiffness()
                 const Body& body = this->body(std::size_t(b));
                 column.clear();
                 body.add_column({{}, at->point}, at->frame.col(0), sign, 0, column);
+                const Eigen::MatrixXd& R = body.matrix().modes();
                 for (const auto& entry : column)
-                    on.segment(first[std::size_t(b)], body.modes().cols()) +=
-                        entry.value() * body.modes().row(entry.row()).transpose();
+                    on.segment(first[std::size_t(b)], R.cols()) +=
+                        entry.value() * R.row(entry.row()).transpose();
             }
         }
         return on;

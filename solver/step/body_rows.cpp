@@ -107,7 +107,7 @@ void make_rows(const Contacts& k, Rows& p)
         for (const Side& s : sides_of(k, c)) {
             if (s.body < 0) continue;
             const std::size_t b = std::size_t(s.body);
-            if (k.bodies[b].body->unknowns() == 0) continue;
+            if (k.bodies[b].body->matrix().unknowns() == 0) continue;
             for (int i = 0; i < n; ++i) {
                 const Vec3 d = joint ? k.joints[std::size_t(c - contacts)].direction
                                      : Vec3(k.all.contact[std::size_t(c)].frame.col(i));
@@ -121,7 +121,7 @@ void make_rows(const Contacts& k, Rows& p)
     }
     p.columns.clear();
     for (std::size_t b = 0; b < bodies; ++b)
-        p.columns.push_back(columns[b].matrix(k.bodies[b].body->unknowns()));
+        p.columns.push_back(columns[b].matrix(k.bodies[b].body->matrix().unknowns()));
 }
 
 std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
@@ -129,7 +129,7 @@ std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
 {
     std::vector<Eigen::VectorXd> on;
     for (const BodyRef& b : k.bodies)
-        on.push_back(Eigen::VectorXd::Zero(b.body->unknowns()));
+        on.push_back(Eigen::VectorXd::Zero(b.body->matrix().unknowns()));
     std::vector<Eigen::Triplet<double>> column;
     for (const ActingForce& a : acting)
         for (const Side& s : sides_of(k, a.contact)) {
@@ -193,13 +193,14 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
             const Body& b = *k.bodies[std::size_t(s.body)].body;
             if (ways) {
                 moved += s.sign * b.displacement(s.place);
-                velocity += s.sign * b.velocity({s.place.nodes, ways->end_point});
+                velocity +=
+                    s.sign * b.velocity({s.place.nodes, ways->end_point}, VelocityAt::iterate);
             } else if (!step.dynamic) {
                 moved += s.sign * b.displacement(s.place);
             } else {
-                velocity += s.sign * b.velocity(s.place);
-                before += s.sign * b.start_velocity(s.place);
-                past += s.sign * b.past_velocity(s.place);
+                velocity += s.sign * b.velocity(s.place, VelocityAt::iterate);
+                before += s.sign * b.velocity(s.place, VelocityAt::start);
+                past += s.sign * b.velocity(s.place, VelocityAt::past);
             }
         }
         const BodyContact& contact = k.all.contact[c];
@@ -322,18 +323,18 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
 
 } // namespace
 
-Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C)
+Eigen::MatrixXd compliance_root(StepMatrix& A, const SparseColumns& C)
 {
     constexpr int kRigid = 6; // unknowns of a rigid body: A is far smaller than W
-    if (body.unknowns() == kRigid) {
+    if (A.unknowns() == kRigid) {
         Eigen::MatrixXd inverse(kRigid, kRigid);
         for (int i = 0; i < kRigid; ++i)
-            inverse.col(i) = body.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(kRigid, i)));
+            inverse.col(i) = A.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(kRigid, i)));
         const Eigen::MatrixXd root = cholesky_root(0.5 * (inverse + inverse.transpose()));
         if (root.size() > 0) return root * C;
     }
     Eigen::MatrixXd W;
-    body.compliance(C, W);
+    A.compliance(C, W);
     return semidefinite_root(W);
 }
 

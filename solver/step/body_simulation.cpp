@@ -270,7 +270,7 @@ StepResult BodySimulation::State::begin()
     energy.elastic = elastic;
     if (dynamic()) {
         for (const BodyRef& b : system->refs)
-            energy.kinetic += b.body->kinetic_energy();
+            energy.kinetic += b.body->motion().kinetic_energy;
         energy.elastic += spring_energy(system->couplings, system->coupling_memory);
     }
     energy.elastic_start = energy.elastic;
@@ -492,12 +492,13 @@ std::vector<BodyPlan> BodySimulation::plan() const
     for (const Obstacle& o : state_->obstacles)
         plan.push_back({o.name, "obstacle", 0});
     for (const BodyRef& b : state_->system->refs)
-        plan.push_back({b.name,
-                        b.rigid ? "rigid"
-                        : b.rod ? "rod"
-                                : "solid",
-                        b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->unknowns(),
-                        b.solid ? set_sizes(b.solid->mesh()) : std::vector<SetSize>{}});
+        plan.push_back(
+            {b.name,
+             b.rigid ? "rigid"
+             : b.rod ? "rod"
+                     : "solid",
+             b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->matrix().unknowns(),
+             b.solid ? set_sizes(b.solid->mesh()) : std::vector<SetSize>{}});
     return plan;
 }
 

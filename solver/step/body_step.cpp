@@ -42,8 +42,9 @@ void BodyStepper::linearise()
     pass_fixed_contact_forces();
     for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).linearise();
-        free_.push_back(body(b).free_change());
-        mode_load_.push_back(body(b).modes().cols() > 0 ? body(b).mode_load() : Eigen::VectorXd());
+        free_.push_back(body(b).matrix().free_change());
+        mode_load_.push_back(body(b).matrix().modes().cols() > 0 ? body(b).matrix().mode_load()
+                                                                 : Eigen::VectorXd());
     }
     find_hanging();
     report_.free_motion += watch.seconds();
@@ -171,8 +172,8 @@ void BodyStepper::find()
 /// tangential [m/s].
 Vec3 BodyStepper::past_slip(const BodyContact& c) const
 {
-    Vec3 slip = body(std::size_t(c.a)).past_velocity(list_.place_a(c));
-    if (c.b >= 0) slip -= body(std::size_t(c.b)).past_velocity(list_.place_b(c));
+    Vec3 slip = body(std::size_t(c.a)).velocity(list_.place_a(c), VelocityAt::past);
+    if (c.b >= 0) slip -= body(std::size_t(c.b)).velocity(list_.place_b(c), VelocityAt::past);
     const Vec3 n = c.frame.col(0);
     return slip - n.dot(slip) * n;
 }
@@ -205,8 +206,9 @@ bool BodyStepper::sliding_reversed()
         BodyContact at = c;
         if (!contacts_on_.empty())
             at.point = contacts_on_[std::size_t(&c - list_.contact.data())].end_point;
-        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(at));
-        if (c.b >= 0) velocity -= body(std::size_t(c.b)).velocity(list_.place_b(at));
+        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(at), VelocityAt::iterate);
+        if (c.b >= 0)
+            velocity -= body(std::size_t(c.b)).velocity(list_.place_b(at), VelocityAt::iterate);
         if (past_slip(at).dot(velocity) > 0) continue;
         c.sliding_at_start = false;
         some = true;
@@ -367,7 +369,7 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
 bool BodyStepper::faulty()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
-        if (std::string why = body(b).fault(); !why.empty()) {
+        if (std::string why = body(b).outcome().fault; !why.empty()) {
             report_.refusal = std::move(why);
             append_lost_ellipticity();
             return true;
@@ -530,7 +532,7 @@ bool BodyStepper::run()
     report_.errors = errors_;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const BodyEnergy e = body(b).accept(body_force_[b]);
-        const std::string remark = body(b).remark();
+        const std::string remark = body(b).outcome().remark;
         if (!remark.empty()) report_.remarks.push_back(remark);
         if (system_.refs[b].name == toppling_body && remark.find(kNotStable) == remark.npos)
             report_.remarks.push_back(toppling_body + ": " + kNotStable +

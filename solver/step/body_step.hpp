@@ -51,7 +51,7 @@ struct BodySystem {
     /// True if a body cannot move.
     bool fixed(std::size_t b) const
     {
-        return bodies[b]->unknowns() == 0 && bodies[b]->modes().cols() == 0;
+        return bodies[b]->matrix().unknowns() == 0 && bodies[b]->matrix().modes().cols() == 0;
     }
     /// True if only rods can move.
     bool rods_alone() const

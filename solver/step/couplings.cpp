@@ -392,7 +392,7 @@ std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
         const CouplingRow row = coupling_row(bodies, c);
         const auto velocity = [&](int body, const BodyPlace& at) {
             return body < 0 ? Vec3::Zero().eval()
-                            : bodies[std::size_t(body)].body->start_velocity(at);
+                            : bodies[std::size_t(body)].body->velocity(at, VelocityAt::start);
         };
         const Vec3 a = velocity(c.a.body, row.place_a(c)), b = velocity(c.b.body, row.place_b(c));
         const double apart = std::abs(row.direction.dot(a - b));

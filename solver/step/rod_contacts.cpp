@@ -187,7 +187,8 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     // Held places do not move: a contact within round-off is left out, a deeper one is an overlap
     // that no force can prevent.
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
-    const bool still = p.b < 0 || (!other && bodies[std::size_t(p.b)].body->modes().cols() == 0);
+    const bool still =
+        p.b < 0 || (!other && bodies[std::size_t(p.b)].body->matrix().modes().cols() == 0);
     const auto stuck = [&](const CurveContact& c) {
         if (p.b < 0 && rod.in_sheath(c.a)) return true;
         return c.gap > -kShapeRounding * rod.size() && rod.holds(c.a, c.normal) &&

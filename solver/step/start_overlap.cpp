@@ -5,7 +5,7 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 
 #include <algorithm>
 #include <array>
@@ -180,14 +180,12 @@ BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& option
     input.start = -input.h; // drives stand where they begin
     input.dynamic = true;
     input.load = 0;
-    std::vector<std::vector<double>> velocities;
-    for (const auto& b : system.bodies) {
-        velocities.push_back(b->velocities());
-        b->set_velocities(std::vector<double>(velocities.back().size(), 0));
-    }
+    std::vector<std::vector<double>> velocities(system.bodies.size());
+    for (std::size_t b = 0; b < velocities.size(); ++b)
+        system.bodies[b]->swap_velocities(velocities[b]);
     BodyStepReport report = try_body_step(system, input, options);
     for (std::size_t b = 0; b < velocities.size(); ++b)
-        system.bodies[b]->set_velocities(velocities[b]);
+        system.bodies[b]->swap_velocities(velocities[b]);
     system.warm.clear(); // impulses of another length of time
     system.warm_sticks.clear();
     return report;

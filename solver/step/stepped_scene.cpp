@@ -1,9 +1,9 @@
 #include "solver/step/stepped_scene.hpp"
 
 #include "mesh/base/file.hpp"
-#include "solver/output/contact_bodies.hpp"
-#include "solver/scene/plan.hpp"
+#include "solver/record/contact_bodies.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/step/plan.hpp"
 
 #include <cmath>
 #include <cstdint>

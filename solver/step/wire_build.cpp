@@ -1,7 +1,7 @@
 #include "solver/step/wire_build.hpp"
 
 #include "mesh/base/curve.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/consistency.hpp"
 #include "solver/scene/instrument_rods.hpp"
 #include "solver/step/wire_overlap.hpp"

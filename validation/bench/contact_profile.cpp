@@ -6,7 +6,7 @@
 // profiles (Dolan & Moré: share of the problems that a solver brings to the tolerance within tau
 // times the quickest one's time), and error against time per problem.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"

@@ -15,8 +15,8 @@
 //   build/release/bin/haptic_truth examples/haptic_rod/scene.json DIR/haptics.csv
 
 #include "haptics/link/settings.hpp"
-#include "haptics/summary.hpp"
-#include "solver/scene/build.hpp"
+#include "haptics/time/summary.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>

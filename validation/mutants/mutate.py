@@ -10,7 +10,7 @@ import sys
 MUTANTS = {
     # Contact solves end at 1e5 times the error that is asked for.
     "tolerance": {
-        "contact/solve.cpp": (
+        "contact/solvers/solve.cpp": (
             "ContactSolution solve_in_range(const ContactProblem& problem, const SolverOptions& options,\n"
             "                               const Eigen::VectorXd& warm_start)\n{\n",
             "ContactSolution solve_in_range(const ContactProblem& problem, const SolverOptions& asked,\n"

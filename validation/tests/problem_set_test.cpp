@@ -1,6 +1,6 @@
 #include "validation/contact/problem_set.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "validation/contact/elastic_problems.hpp"
 #include "validation/contact/rigid_problems.hpp"
 

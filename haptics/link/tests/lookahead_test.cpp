@@ -1,6 +1,6 @@
 #include "haptics/link/settings.hpp"
 #include "haptics/loop/proxy_loop.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>

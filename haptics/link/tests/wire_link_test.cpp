@@ -2,9 +2,9 @@
 #include "haptics/link/held_rod.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/link/wire_link.hpp"
-#include "haptics/summary.hpp"
-#include "haptics/virtual_time.hpp"
-#include "solver/scene/build.hpp"
+#include "haptics/time/summary.hpp"
+#include "haptics/time/virtual_time.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <Eigen/Eigenvalues>

@@ -1,6 +1,6 @@
 #include "haptics/loop/proxy_loop.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "haptics/tests/closed_forms.hpp"
 #include "haptics/tests/scenes.hpp"
 

@@ -1,4 +1,4 @@
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "solver/large/contact_newton.hpp"

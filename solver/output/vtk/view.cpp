@@ -1,6 +1,6 @@
-#include "solver/output/view_frame.hpp"
 #include "solver/output/vtk/drawing.hpp"
 #include "solver/output/vtk/silence.hpp"
+#include "solver/output/vtk/view_frame.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 
 #include <X11/Xlib.h>

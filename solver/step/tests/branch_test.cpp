@@ -1,6 +1,6 @@
 #include "mesh/base/file.hpp"
 #include "mesh/tests/temporary_folder.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/branch_log.hpp"
 #include "solver/step/simulation.hpp"

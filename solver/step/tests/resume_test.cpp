@@ -2,7 +2,7 @@
 // never ended, bit by bit: kinds of bodies, materials, loads, contacts, couplings and rules of
 // time.
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 

@@ -1,6 +1,6 @@
 #include "mesh/generate/solid_tube.hpp"
 #include "mesh/tests/relative.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/step/soft_vessel.hpp"
 #include "solver/step/tests/body_runs.hpp"
 #include "solver/step/tests/vessel_scene.hpp"

@@ -2,7 +2,7 @@
 
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 

@@ -1,6 +1,6 @@
 // B05, B06, B08, B14, B15, B16, G01: balance of rigid bodies, many, one or none.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "validation/families/rigid_bodies/rigid_bodies.hpp"

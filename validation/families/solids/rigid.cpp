@@ -1,6 +1,6 @@
 // A10, G04, G05: rigid bodies in balance, or just no longer.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "validation/families/solids/blocks.hpp"
 #include "validation/families/solids/solids.hpp"
 

@@ -1,4 +1,4 @@
-#include "solver/output/view_frame.hpp"
+#include "solver/output/vtk/view_frame.hpp"
 
 #include <cstring>
 #include <stdexcept>

@@ -1,4 +1,4 @@
-#include "haptics/summary.hpp"
+#include "haptics/time/summary.hpp"
 
 #include <algorithm>
 #include <cmath>

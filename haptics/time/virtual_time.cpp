@@ -1,4 +1,4 @@
-#include "haptics/virtual_time.hpp"
+#include "haptics/time/virtual_time.hpp"
 
 #include <algorithm>
 #include <chrono>

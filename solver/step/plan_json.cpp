@@ -1,5 +1,5 @@
 #include "solver/scene/json_text.hpp"
-#include "solver/scene/plan.hpp"
+#include "solver/step/plan.hpp"
 
 namespace amontons {
 

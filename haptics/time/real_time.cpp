@@ -1,4 +1,4 @@
-#include "haptics/real_time.hpp"
+#include "haptics/time/real_time.hpp"
 
 #include <algorithm>
 #include <cerrno>

@@ -1,4 +1,4 @@
-#include "solver/scene/plan.hpp"
+#include "solver/step/plan.hpp"
 
 #include "solver/module.hpp"
 #include "solver/scene/instrument_rods.hpp"

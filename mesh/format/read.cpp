@@ -1,4 +1,4 @@
-#include "mesh/read.hpp"
+#include "mesh/format/read.hpp"
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"

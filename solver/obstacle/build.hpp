@@ -1,7 +1,10 @@
 #pragma once
 
+#include "mesh/base/error.hpp"
 #include "mesh/centreline.hpp"
-#include "solver/step/simulation.hpp"
+#include "solver/obstacle/obstacle.hpp"
+#include "solver/record/step_record.hpp"
+#include "solver/scene/scene.hpp"
 
 #include <optional>
 #include <vector>

@@ -20,7 +20,8 @@ struct ViewShape {
     std::int32_t kind = wall;
     std::vector<float> points;           ///< 3 a point [m]
     std::vector<std::int32_t> triangles; ///< 3 corners each; empty: those of the frame before
-    std::vector<float> values; ///< a point: radius of a wire [m], stress of a solid [Pa] (none: plain)
+    std::vector<float>
+        values; ///< a point: radius of a wire [m], stress of a solid [Pa] (none: plain)
     /// Of a solid with triangles: the face of its outside that each is of. For studio alone.
     std::vector<std::int32_t> faces = {};
 };

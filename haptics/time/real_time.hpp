@@ -2,7 +2,7 @@
 
 #include "haptics/device/device.hpp"
 #include "haptics/loop/haptic_loop.hpp"
-#include "haptics/virtual_time.hpp"
+#include "haptics/time/virtual_time.hpp"
 
 #include <atomic>
 #include <span>

@@ -1,4 +1,4 @@
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <charconv>
