@@ -373,7 +373,7 @@ TEST_CASE("the far sides of thin bodies do not touch and of several layers the n
     }
 }
 
-TEST_CASE("contacts are made as far as asked for gaps and overlaps")
+TEST_CASE("contacts are made for gaps and overlaps up to the requested distances")
 {
     for (const ElementKind kind : kKinds)
         for (const double gap : {0.0999, 0.1001, -0.0999, -0.1001}) {

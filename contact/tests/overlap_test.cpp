@@ -312,7 +312,7 @@ TEST_CASE("an edge whose ends lie on two sides of a body, of no depth, overlaps 
     }
 }
 
-TEST_CASE("places that are shallow by what is asked for have no bulge, deeper ones the same")
+TEST_CASE("places below the requested depth have no bulge, deeper ones the same")
 {
     // A ball in a block: places of all depths down to the ball's.
     SolidBallOptions options;

@@ -98,7 +98,7 @@ TEST_CASE("a crossing keeps its number while it slides over nodes and ends with 
     CHECK(ids.size() == 1);
 }
 
-TEST_CASE("a corner on a face from either body but none where faces meet")
+TEST_CASE("a corner on a face from either body but none where faces touch")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -186,7 +186,7 @@ TEST_CASE("a surface that was flat at rest has one normal at a node however far 
     }
 }
 
-TEST_CASE("an edge on a face meets each edge of the mesh below it once")
+TEST_CASE("an edge on a face crosses each edge of the mesh below it once")
 {
     // A mesh of squares: the edge of a rigid bar along x crosses the lines x = const.
     const Sharp floor =

@@ -198,7 +198,7 @@ TEST_CASE("a simulation that publishes no more takes the force away and the reas
     CHECK(told.back() == SafetyState::stale_operator);
 }
 
-TEST_CASE("a simulation slower than asked is reported once while the run lasts")
+TEST_CASE("a simulation slower than requested is reported once while the run lasts")
 {
     // It can be no faster than it is: a thousand steps a second are asked for, fifty made at most.
     Fixture f;

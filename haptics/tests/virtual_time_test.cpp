@@ -141,7 +141,7 @@ TEST_CASE("work counted by the loop is the work that the motors did")
           doctest::Approx(loop.passivity().energy() + records.back().sent.force.dot(last)));
 }
 
-TEST_CASE("a late tick comes after its delay whatever the next one does")
+TEST_CASE("a late tick takes place after its delay whatever the next one does")
 {
     Bed bed = wall(800);
     const HapticOptions o = bare();

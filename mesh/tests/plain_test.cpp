@@ -34,7 +34,7 @@ TEST_CASE("plain text: what is written reads back bit by bit")
         check_same(again(sample.mesh), sample.mesh);
 }
 
-TEST_CASE("plain text: counted from 0 or from 1 and what cannot be reported is asked for")
+TEST_CASE("plain text: counted from 0 or from 1, and what cannot be determined must be specified")
 {
     CHECK(read("0 1 2 3").blocks[0].nodes == std::vector<std::int32_t>{0, 1, 2, 3});
     CHECK(read("1 2 3 4").blocks[0].nodes == std::vector<std::int32_t>{0, 1, 2, 3});
@@ -81,7 +81,7 @@ TEST_CASE(
     CHECK(parse_plain(kPlainNodes, "0 1 2 3", "n", "e").cut == "e");
 }
 
-TEST_CASE("damaged plain text specifies where and what")
+TEST_CASE("damaged plain text is reported with its place")
 {
     CHECK(plain_refusal("", "0 1 2 3") == "n: found no node, allowed: lines of x y z");
     CHECK(plain_refusal("0 0 0\n1 x 0\n1 0\n1 2 3 4\n", "") ==

@@ -83,7 +83,7 @@ TEST_CASE("triangles without a common vertex: through or touching or apart")
     CHECK(!meet(kBase, {Vec3(2, 2.1, 0), Vec3(4, 4, 0), Vec3(2, 4, 0)}));
 }
 
-TEST_CASE("triangles with one common vertex meet there only or not only there")
+TEST_CASE("triangles with one common vertex touch there only or not only there")
 {
     const Vec3 o = kBase[0];
     CHECK(!meet(kBase, {o, Vec3(-1, 0, 0), Vec3(0, -1, 0)})); // in one plane
@@ -98,7 +98,7 @@ TEST_CASE("triangles with one common vertex meet there only or not only there")
     CHECK(meet(kBase, {o, Vec3(2, 0, 0), Vec3(1, -1, 0)})); // along half an edge
 }
 
-TEST_CASE("triangles with a common edge meet elsewhere only when folded flat")
+TEST_CASE("triangles with a common edge touch elsewhere only when folded flat")
 {
     CHECK(!meet(kBase, {kBase[0], kBase[1], Vec3(1, -1, 0)})); // flat
     CHECK(!meet(kBase, {kBase[1], kBase[0], Vec3(1, 1, 1)}));

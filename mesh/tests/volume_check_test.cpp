@@ -61,7 +61,7 @@ TEST_CASE("a wrong order of a T10's middle nodes is found and an even turn of a 
     CHECK(errors(turned).empty());
 }
 
-TEST_CASE("messages use the file's numbers and name the first of many")
+TEST_CASE("messages use the file's numbers and list the first of many")
 {
     VolumeMesh mesh = sample_box(ElementKind::T4);
     for (std::size_t e = 0; e < element_count(mesh); ++e) {

@@ -86,7 +86,7 @@ FclibProblem a_problem()
 
 } // namespace
 
-TEST_CASE("we read what libfclib writes in its three forms of matrix")
+TEST_CASE("what libfclib writes in its three forms of matrix is read")
 {
     const TemporaryFolder folder;
     std::mt19937 rng{1};
@@ -124,7 +124,7 @@ TEST_CASE("we read what libfclib writes in its three forms of matrix")
     }
 }
 
-TEST_CASE("we read libfclib's global problems with bilateral equations")
+TEST_CASE("libfclib's global problems with bilateral equations are read")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "global.hdf5";
@@ -149,7 +149,7 @@ TEST_CASE("we read libfclib's global problems with bilateral equations")
     CHECK(read.global->kind.back() == ContactKind::bilateral);
 }
 
-TEST_CASE("libfclib reads what we write")
+TEST_CASE("libfclib reads the files that are written")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "ours.hdf5";

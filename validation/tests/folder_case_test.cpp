@@ -242,7 +242,7 @@ TEST_CASE("all that is wrong with a case is reported with its place")
     CHECK_THROWS_WITH_AS(without_readme(), doctest::Contains("README.md"), InputError);
 }
 
-TEST_CASE("what a case is its README states in its first paragraph")
+TEST_CASE("the first paragraph of its README describes a case")
 {
     const std::string folder =
         (std::filesystem::temp_directory_path() / ("amontons_about" + std::to_string(::getpid())))

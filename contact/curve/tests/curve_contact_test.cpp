@@ -49,7 +49,7 @@ std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach)
 
 } // namespace
 
-TEST_CASE("stations are as near to each other as was asked for however long a piece")
+TEST_CASE("stations are as near to each other as requested however long a piece is")
 {
     const Curve c = straight_curve({0, 0, 0}, {1, 0, 0}, 2, 0.01);
     CHECK(stations(c, 0).size() == 3);
@@ -194,7 +194,7 @@ TEST_CASE("a curve touches itself across a loop but not beside itself")
     }
 }
 
-TEST_CASE("contacts are seen by the stations nearby and not by those of finer or coarser pieces")
+TEST_CASE("contacts are found by the stations nearby and not by those of finer or coarser pieces")
 {
     // 0.1 m of 1 mm and 0.1 m of 20 mm, either first; crossed at 15 degrees half-way between two
     // stations.

@@ -177,7 +177,8 @@ TEST_CASE("box and box: exact distance face to face and edge to edge and corner 
     CHECK(least_gap(c) == doctest::Approx(0.5).epsilon(1e-12));
 }
 
-TEST_CASE("the nearest contact of boxes is their distance and deep inside the least way out")
+TEST_CASE("the nearest contact of boxes is their distance and deep inside the shortest "
+          "displacement that separates them")
 {
     // The distance by brute force: dense samples of one surface against the other, closed form.
     std::mt19937 rng{5};
@@ -413,7 +414,7 @@ TEST_CASE("a block in equilibrium on another has its centre of pressure among th
     }
 }
 
-TEST_CASE("an arch's voussoirs meet in the four corners of each joint")
+TEST_CASE("an arch's voussoirs touch in the four corners of each joint")
 {
     // Wedges of a semicircle, two triangles a face.
     const int count = 24;
@@ -483,7 +484,8 @@ TEST_CASE("card house: planks that rest on each other push apart horizontally at
     check_sane(r, 1, 1e-3);
 }
 
-TEST_CASE("two bodies in one place and one around the other have a way out")
+TEST_CASE(
+    "two bodies in one place and one around the other have a displacement that separates them")
 {
     for (const RigidShape& a : all_shapes())
         for (const RigidShape& b : all_shapes()) {
@@ -503,7 +505,7 @@ TEST_CASE("two bodies in one place and one around the other have a way out")
     CHECK(least_gap(c) == doctest::Approx(-3));
 }
 
-TEST_CASE("a corner that hangs over a rim does not block the way back")
+TEST_CASE("a corner that projects beyond a rim does not block the motion back")
 {
     // A block overhangs a table by 1e-4 at the table's height: nothing pushes sideways.
     const Box block{{1, 1, 0.5}};

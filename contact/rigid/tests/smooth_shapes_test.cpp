@@ -75,7 +75,7 @@ TEST_CASE("a wedge has the mass and centre and faces of its prism whichever way 
     CHECK_THROWS(make_wedge({{0, 0}, {1, 0}, {1, 0}, {0, 1}}, 1));
 }
 
-TEST_CASE("the nearest place on an ellipsoid has the way to the point along its normal")
+TEST_CASE("from the nearest place on an ellipsoid the point lies along the normal")
 {
     std::mt19937 rng{31};
     std::uniform_real_distribution<double> logarithm(-2, 0);
@@ -282,7 +282,7 @@ TEST_CASE("round shapes against walls have the contacts that they have with the 
         CHECK(has(across, {side * 0.6, 0, 0}, {-side, 0, 0}, 1e-9));
 }
 
-TEST_CASE("drawn ellipsoids and capsules are closed and a little smaller than the shape")
+TEST_CASE("triangulated ellipsoids and capsules are closed and a little smaller than the shape")
 {
     for (const RigidShape& shape :
          {RigidShape(Ellipsoid{{3, 2, 1}}), RigidShape(Capsule{0.5, 2})}) {

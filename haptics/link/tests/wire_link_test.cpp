@@ -134,7 +134,8 @@ std::vector<TickRecord> play(WireWorld& w, HapticLoop<float>& loop, int latency 
 
 } // namespace
 
-TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives what both give")
+TEST_CASE(
+    "a wire's base hangs on its spring: pushed against a wall it is as compliant as both together")
 {
     WireWorld w(kStub);
     const double k = w.set.link.spring.stiffness;
@@ -309,7 +310,7 @@ TEST_CASE("contacts of a wire whose turn comes within a period are predicted whe
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy is given to them" *
+TEST_CASE("two fingers push and twist a wire and a hand moves a rod: they receive no energy" *
           doctest::test_suite("slow"))
 {
     for (const char* text : {kTube, kRod}) {
@@ -471,7 +472,7 @@ TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall
           0.035); // [regression] 0.031 N where the full simulation falls, see above
 }
 
-TEST_CASE("a base that turns on and on is followed")
+TEST_CASE("a base that turns without end is followed")
 {
     WireWorld w(kTube);
     w.follow(1);

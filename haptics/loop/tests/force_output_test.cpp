@@ -161,7 +161,7 @@ TEST_CASE("whatever poses clocks operators and faults do a force never jumps up"
     CHECK(faults > 100);
 }
 
-TEST_CASE("poses that stop and poses that jump raise no force that control holds down")
+TEST_CASE("poses that stop and poses that jump raise no force that control limits")
 {
     // Pressed before the force was earned: control holds it down. Then the device falls silent, or
     // jumps.
@@ -205,7 +205,7 @@ TEST_CASE("poses that stop and poses that jump raise no force that control holds
         }
 }
 
-TEST_CASE("a force that comes in gives no energy without control either")
+TEST_CASE("a force that is ramped up generates no energy without control either")
 {
     // In and out twice a second from the start: 8.6 mJ if the ramp did not care.
     for (const bool ramp : {true, false}) {

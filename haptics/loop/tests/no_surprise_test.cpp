@@ -101,7 +101,7 @@ TEST_CASE("ticks and hand-overs allocate nothing")
     CHECK(copied > after);
 }
 
-TEST_CASE("the counter of allocations sees those of Eigen which asks malloc")
+TEST_CASE("the counter of allocations counts those of Eigen, which calls malloc")
 {
 #if defined(__GLIBC__) && !defined(AMONTONS_SANITIZED)
     const long before = allocations;

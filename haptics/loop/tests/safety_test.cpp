@@ -41,7 +41,7 @@ struct Scene {
 
 } // namespace
 
-TEST_CASE("the force comes in over half a second")
+TEST_CASE("the force is ramped up over half a second")
 {
     Scene s;
     double last = 0;
@@ -101,8 +101,7 @@ TEST_CASE("every fault takes the force to zero in 50 ms without a step and state
     }
 }
 
-TEST_CASE("an operator that ages loses stiffness evenly and one that comes brings it back as at "
-          "the start")
+TEST_CASE("an operator that ages loses stiffness evenly and a new one restores it as at the start")
 {
     for (const double silent : {0.1, 0.5}) { // [s]; at 9 periods of 0.02 s none is left
         CAPTURE(silent);
@@ -135,7 +134,7 @@ TEST_CASE("an operator that ages loses stiffness evenly and one that comes bring
     }
 }
 
-TEST_CASE("a force is lost 50 ms after a fault however few ticks come")
+TEST_CASE("a force is zero 50 ms after a fault however few ticks there are")
 {
     for (const int late : {1, 3, 7, 80}) { // periods from tick to tick
         CAPTURE(late);
@@ -157,7 +156,7 @@ TEST_CASE("a force is lost 50 ms after a fault however few ticks come")
     }
 }
 
-TEST_CASE("a force comes back no faster for ticks that are left out")
+TEST_CASE("a force returns no faster for ticks that are left out")
 {
     Scene s;
     double last = 0;
@@ -291,7 +290,8 @@ TEST_CASE("interpolation reaches a far force in equal steps and leaves a near on
     CHECK(limiter.ticks_interpolated() == 10);
 }
 
-TEST_CASE("a spring that gives back more than it took is caught and one that does not is let be")
+TEST_CASE(
+    "a spring that returns more energy than it took is limited and one that does not is left alone")
 {
     // Pressed at 0.1 m/s to 5 mm and released: stiffness on the way back 1.5 times that before.
     for (const double back : {1.0, 1.5}) {

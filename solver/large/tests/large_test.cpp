@@ -227,7 +227,7 @@ TEST_CASE("a block pulled off the plane keeps no force" * doctest::test_suite("s
     CHECK(s.r.norm() == 0);
 }
 
-TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("slow"))
+TEST_CASE("a rank without nodes or elements takes part" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::H8, 1); // 12 nodes, 8 of them free or held
@@ -240,7 +240,7 @@ TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
 }
 
-TEST_CASE("a linear solve that does not get there reports it and what is not a number is an error" *
+TEST_CASE("a linear solve that does not converge reports it and what is not a number is an error" *
           doctest::test_suite("slow"))
 {
     if (no_module()) return;

@@ -309,8 +309,8 @@ TEST_CASE("every number of a scene has bounds, those of its unit or its own")
     CHECK(numbers > 150);
 }
 
-TEST_CASE(
-    "values nested without an end, fields without a name and texts that no file bears are refused")
+TEST_CASE("values nested too deeply, fields without a name and texts that no file may contain are "
+          "refused")
 {
     const auto refusal = [](const std::string& text, const std::vector<std::string>& set = {}) {
         try {

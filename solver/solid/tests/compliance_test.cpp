@@ -326,7 +326,8 @@ TEST_CASE("displacements obey K x = f and their work is that of W")
     CHECK(tight.counts().columns_solved == 0);
 }
 
-TEST_CASE("columns with all rows move the whole body and who expects solves gets them early")
+TEST_CASE(
+    "columns with all rows move the whole body and are solved early where many solves are expected")
 {
     const HeldBox b = held_box(ElementKind::T4);
     SupernodalFactor factor;

@@ -295,7 +295,7 @@ TEST_CASE("a straight rod between two plates rests on them where its load passes
     }
 }
 
-TEST_CASE("a corotational column that stays straight beyond Euler's load is reported of")
+TEST_CASE("a corotational column that stays straight beyond Euler's load is reported")
 {
     // 3 times Euler's load of clamped ends, 3.3 N, with nothing that disturbs it.
     const auto column = [](double shortened) {

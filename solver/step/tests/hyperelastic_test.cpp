@@ -365,7 +365,7 @@ TEST_CASE("stress and energy density are reported of where the body is")
     CHECK(r.records.back().energy.elastic > 0);
 }
 
-TEST_CASE("a material with constants that do not go together is refused with its place")
+TEST_CASE("a material whose constants contradict each other is refused with its place")
 {
     const auto refused = [](const std::string& body, const std::string& place) {
         try {

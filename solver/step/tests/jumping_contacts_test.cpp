@@ -191,8 +191,8 @@ Judged judged(const std::function<double(double, double)>& missed, double left_b
 
 } // namespace
 
-TEST_CASE("energy that one step misses: quadrature stands and what is made is refused and a jump "
-          "is reported")
+TEST_CASE("energy that one step misses: quadrature error is accepted, generated energy is refused, "
+          "a jump is reported")
 {
     const auto quadrature = [](double a, double b) { return (b - a) * (b - a); }; // of second order
     const Judged smooth = judged(quadrature, 0);

@@ -235,7 +235,7 @@ TEST_CASE("what worst_overlap leaves out is listed, and a run that continues war
     CHECK(small.summary.not_measured.size() == 1);
 }
 
-TEST_CASE("what lies inside of a body altogether is found at the start")
+TEST_CASE("a body entirely inside another one is found at the start")
 {
     for (const std::string kind : {"T4", "T10", "H8"}) {
         const std::string outer =

@@ -320,7 +320,7 @@ TEST_CASE("a strip folded back and pressed on itself: a balance that is found en
     CHECK(needless_iterations(r) == 0);
 }
 
-TEST_CASE("a solid and itself: what is not possible is reported")
+TEST_CASE("self-contact of a solid: what is not possible is reported")
 {
     const auto found = [](const std::string& motion, const std::string& more,
                           const std::string& kind) {

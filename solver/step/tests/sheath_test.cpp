@@ -68,7 +68,7 @@ std::string free_wire(const char* kind, const char* more)
 
 } // namespace
 
-TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_suite("slow"))
+TEST_CASE("an instrument needs the same push as a rod and as a wire" * doctest::test_suite("slow"))
 {
     struct Case {
         int steps;
@@ -98,7 +98,7 @@ TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_
     }
 }
 
-TEST_CASE("an instrument as a rod stops as a wire where its tip comes out of an opening")
+TEST_CASE("an instrument stops as a rod where it stops as a wire: where its tip leaves an opening")
 {
     Bend b;
     b.fed = 0.15; // 20 mm farther than the tube's end
@@ -124,7 +124,7 @@ TEST_CASE("an instrument as a rod stops as a wire where its tip comes out of an 
     CHECK(again.value("wire_depth") > 0.125);
 }
 
-TEST_CASE("a tip that is drawn aside pulls an instrument as a rod as it does a wire")
+TEST_CASE("a tip that is drawn aside pulls an instrument by the same force as a rod and as a wire")
 {
     const char* const held = R"("drive": {"insertion": [[0, 0.1], [1, 0.1]]},
         "hold": {"y": [[0, 0], [1, 0.01]], "turns": "held"})";
@@ -183,7 +183,7 @@ TEST_CASE("a bent tip that nothing touches turns with the base of its rod")
     CHECK(r.value("wire_tip_rotation") == doctest::Approx(0.5 * std::numbers::pi).epsilon(1e-9));
 }
 
-TEST_CASE("a precurved tip whips in a bend as a rod as it does as a wire" *
+TEST_CASE("a precurved tip whips in a bend at the same angle as a rod and as a wire" *
           doctest::test_suite("slow"))
 {
     Bend b;
@@ -213,7 +213,7 @@ TEST_CASE("segments of an instrument have their own friction beside bodies, too"
     CHECK(done(b.scene(true)).value("wire_push_force") < 0.7 * push);
 }
 
-TEST_CASE("what turns in a sheath is its base")
+TEST_CASE("an instrument in its sheath turns with its base")
 {
     const auto wrong = [](const char* more) {
         return issues_of(fmt::format(R"({{"schema": 1, "bodies": {{"wire": {{"kind": "rod",

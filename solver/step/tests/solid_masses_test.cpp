@@ -58,7 +58,7 @@ TEST_CASE("a box that starts to fly has the momenta and the energy of a rigid bo
     CHECK(box(false)->momentum().isZero(0));
 }
 
-TEST_CASE("what a solid states of its motion does not depend on when and where it was asked first")
+TEST_CASE("a solid's momenta do not depend on when and where they were first computed")
 {
     const auto asked = box(true), late = box(true), shared = box(true);
     const Vec3 momentum = asked->momentum(), turning = asked->angular_momentum();

@@ -330,7 +330,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
     check_same(again->step(kGoOn, whole[5].time).record, same[5]);
 }
 
-TEST_CASE("inputs know what they may be, and a path of balances has none")
+TEST_CASE("inputs have bounds, and a path of balances has no inputs")
 {
     const auto rod = make(R"("bodies": {"wire": {"kind": "rod", "segments": [{"length": 0.06,
         "radius": 8e-4, "EI": 1e-4, "element": 1e-3}],
@@ -354,7 +354,7 @@ TEST_CASE("inputs know what they may be, and a path of balances has none")
     CHECK(path->inputs().empty());
 }
 
-TEST_CASE("a step that fails leaves the state of the last one and can be asked for again" *
+TEST_CASE("a step that fails leaves the state of the last one and can be repeated" *
           doctest::test_suite("slow"))
 {
     std::string scene, other;

@@ -214,7 +214,7 @@ Colours colours_of(const fs::path& png, double part)
 
 } // namespace
 
-TEST_CASE("a picture shows the wire and its contact forces if there are any" *
+TEST_CASE("a picture shows the wire, and contact forces if there are any" *
           doctest::test_suite("slow"))
 {
     if (no_screen()) return;
