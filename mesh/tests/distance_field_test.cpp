@@ -246,9 +246,9 @@ TEST_CASE("views of one field give its bits on any thread, and sample once")
     const DistanceField other = first.share();
     CHECK(answers(other) == expected);
     CHECK(other.memory() == memory);
-    DistanceField gone = made(shared);
-    const DistanceField left = gone.share();
-    gone = made(alone); // the first view passes, what it shared stays
+    DistanceField dropped = made(shared);
+    const DistanceField left = dropped.share();
+    dropped = made(alone); // the first view passes, what it shared stays
     CHECK(answers(left) == expected);
 }
 

@@ -63,7 +63,7 @@ TEST_CASE(
 {
     const PlainText text = plain_text(mesh_with_sets());
     const VolumeMesh whole = mesh_with_sets();
-    const auto look = [&](const std::string& nodes, const std::string& elements, char last) {
+    const auto check = [&](const std::string& nodes, const std::string& elements, char last) {
         try {
             const VolumeFile part = parse_plain(nodes, elements, "n", "e");
             CHECK(element_count(part.mesh) <= element_count(whole));
@@ -74,9 +74,9 @@ TEST_CASE(
         }
     };
     for (std::size_t n = 1; n < text.nodes.size(); ++n)
-        look(text.nodes.substr(0, n), text.elements, text.nodes[n - 1]);
+        check(text.nodes.substr(0, n), text.elements, text.nodes[n - 1]);
     for (std::size_t n = 1; n < text.elements.size(); ++n)
-        look(text.nodes, text.elements.substr(0, n), text.elements[n - 1]);
+        check(text.nodes, text.elements.substr(0, n), text.elements[n - 1]);
     CHECK(parse_plain(text.nodes, text.elements, "n", "e").cut.empty());
     CHECK(parse_plain(kPlainNodes, "0 1 2 3", "n", "e").cut == "e");
 }

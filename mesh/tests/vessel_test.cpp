@@ -161,7 +161,7 @@ TEST_CASE("the triangles of a vessel are the same whenever and by whichever thre
 {
     const WallModel first = make_vessel(default_vessel()), last = make_vessel(default_vessel());
     const SurfaceMesh at_once = *first.surface;
-    std::vector<Vec3> places; // the wall's own triangles are asked for beside junctions
+    std::vector<Vec3> places; // the wall's own triangles are used beside junctions
     for (std::size_t v = 0; v < at_once.points.size(); v += 37)
         places.push_back(at_once.points[v] + Vec3{2e-4, -1e-4, 3e-4});
     std::vector<double> before;
@@ -244,7 +244,7 @@ TEST_CASE("a vessel whose branches just touch planes of the grid has triangles o
             CHECK(report.wrong_way == 0);
         }
     }
-    CHECK(finer == 0); // each has the size that was asked for
+    CHECK(finer == 0); // each has the size that was requested
 }
 
 TEST_CASE("a vessel that widens faster than its triangles can follow is refused")
