@@ -72,7 +72,7 @@ struct Rig {
 
 } // namespace
 
-TEST_CASE("a device that falls silent while its motion is damped is left with no force")
+TEST_CASE("a device that sends nothing while its motion is damped gets no force")
 {
     // Away at 0.95 m/s: what was earned does not pay for that, and the motion is damped.
     Rig rig(true);

@@ -72,7 +72,7 @@ TEST_CASE_TEMPLATE("F03: dragged with friction the proxy lags by mu times the de
         CHECK((F - last).norm() < 500 * 0.1 * 1e-3 * (1 + 1e-3));
         last = F;
     }
-    // Friction remembers: on the way back it sticks first, and holds the other way after 5 mm.
+    // Friction has a history: on the way back it sticks first, and is reversed after 5 mm.
     for (int k = 1; k <= 100; ++k) {
         const Vec3 F = loop.tick(at({0.02 - 1e-4 * k, 0, -0.005}), 0.2 + 1e-3 * k).wrench.force;
         CHECK(std::abs(F[0] - std::min(-1.25 + 500 * 1e-4 * k, 1.25)) <= kExact<Real> * 2.5);
@@ -375,7 +375,7 @@ TEST_CASE("an operator with values that are not finite results in no force and s
 
 TEST_CASE("contacts that pass their force from one to the next are solved together")
 {
-    // Points 1 mm apart on a wire that a wavy wall meets: W is so smooth that sweeps creep, and it
+    // Points 1 mm apart on a wire along a wavy wall: W is so smooth that sweeps converge slowly, and it
     // takes most of the contacts to open.
     constexpr int n = 12;
     ReducedOperator<double> op(n);
