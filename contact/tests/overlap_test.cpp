@@ -237,8 +237,8 @@ TEST_CASE("what is measured of bent quadrilaterals does not depend on where thei
             box.kind = ElementKind::H8;
             TouchingBody b = with_surface(make_solid_box(box));
             for (Vec3& x : b.mesh.nodes) {
-                const Vec3 upright = turn ? Vec3(x.y(), x.z(), x.x()) : x;
-                if (bends) x += turn ? turned(bent(upright)) : bent(upright);
+                const Vec3 vertical = turn ? Vec3(x.y(), x.z(), x.x()) : x;
+                if (bends) x += turn ? turned(bent(vertical)) : bent(vertical);
             }
             return b;
         };

@@ -455,7 +455,7 @@ TEST_CASE("a stop from outside ends every solver with the best reaction so far")
 
 TEST_CASE("a stop in the midst of a solve ends it soon")
 {
-    // By W itself, whose products are counted: time continues while it is asked.
+    // By W itself, whose products are counted: time continues while it is used.
     std::mt19937 rng{8};
     const ContactProblem p = test::random_problem(rng, 12, 20, 0.4, 6);
     for (const ContactSolver solver :
