@@ -71,9 +71,9 @@ struct PlannedBlock {
             return dofs;
         };
     }
-    LinearPlan plan(const char* asked = "auto", bool dynamic = false, int steps = 1) const
+    LinearPlan plan(const char* requested = "auto", bool dynamic = false, int steps = 1) const
     {
-        return plan_linear(solids, asked, dynamic, steps, 1, false);
+        return plan_linear(solids, requested, dynamic, steps, 1, false);
     }
 };
 

@@ -275,7 +275,7 @@ TEST_CASE("the columns used least recently are first")
     CHECK(solved_for(0, 3) == 3);
     CHECK(solved_for(3, 3) == 3);
     CHECK(solved_for(0, 3) == 0);
-    CHECK(solved_for(6, 3) == 3); // 3, 4, 5 go
+    CHECK(solved_for(6, 3) == 3); // 3, 4, 5 are dropped
     CHECK(solved_for(0, 3) == 0);
     CHECK(solved_for(4, 1) == 1);
     CHECK(compliance.counts().columns_dropped == 4);
