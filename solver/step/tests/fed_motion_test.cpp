@@ -11,7 +11,7 @@ using namespace amontons;
 
 namespace {
 
-// Nothing meets it, but with it in the scene instruments are rods.
+// Nothing touches it, but with it in the scene instruments are rods.
 constexpr const char* kFarBody = R"("far": {"kind": "rigid", "shape": {"generate": "ball",
     "radius": 0.001}, "mass": 1, "start": {"place": [5, 5, 5]}, "drive": {"x": 0, "y": 0, "z": 0}},)";
 constexpr double kDensity = 8000, kRadius = 4e-4;

@@ -12,7 +12,7 @@ using namespace amontons;
 
 namespace {
 
-// Nothing meets it, but with it in the scene instruments are rods.
+// Nothing touches it, but with it in the scene instruments are rods.
 constexpr const char* kFar = R"("far": {"kind": "rigid", "shape": {"generate": "ball",
     "radius": 0.001}, "mass": 1, "start": {"place": [5, 5, 5]}, "drive": {"x": 0, "y": 0, "z": 0}},)";
 
@@ -74,7 +74,8 @@ TEST_CASE("an instrument needs the same push as a rod and as a wire" * doctest::
         int steps;
         double friction, curvature, agree;
     };
-    // Where the two take the same steps, or no friction remembers them, they agree to rounding.
+    // Where the two take the same steps, or no friction has a history of them, they agree to
+    // rounding.
     for (const auto& [steps, friction, curvature, agree] :
          {Case{7, 0, 0, 1e-8}, {50, 0, 0, 1e-8}, {50, 0.2, 0, 1e-8}, {50, 0.2, 10, 2e-6}}) {
         CAPTURE(steps);
@@ -88,7 +89,8 @@ TEST_CASE("an instrument needs the same push as a rod and as a wire" * doctest::
         CAPTURE(r.wire.records.size());
         CAPTURE(r.rod.records.size());
         const double push = r.of_wire("push_force");
-        // With friction the rod may halve steps that the wire takes whole, and friction remembers.
+        // With friction the rod may halve steps that the wire takes whole, and friction depends on
+        // them.
         const bool same = friction == 0 || r.wire.records.size() == r.rod.records.size();
         CHECK(std::abs(r.of_rod("push_force") - push) <
               (same ? agree : std::max(agree, 2e-6)) * std::abs(push));
@@ -192,9 +194,9 @@ TEST_CASE("a precurved tip whips in a bend at the same angle as a rod and as a w
     b.fed = 0.06;
     b.more = R"(, "twist": [[0, 0], [1, 6.283185307179586]])";
     const Both r = both(b);
-    for (const char* told : {"push_force", "torque", "tip_rotation"}) {
-        CAPTURE(told);
-        CHECK(r.of_rod(told) == doctest::Approx(r.of_wire(told)).epsilon(1e-8));
+    for (const char* reported : {"push_force", "torque", "tip_rotation"}) {
+        CAPTURE(reported);
+        CHECK(r.of_rod(reported) == doctest::Approx(r.of_wire(reported)).epsilon(1e-8));
     }
 }
 
