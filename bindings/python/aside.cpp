@@ -10,7 +10,7 @@ namespace amontons::python {
 
 std::exception_ptr run_aside(const std::function<void()>& work, std::atomic<bool>& stop)
 {
-    constexpr std::chrono::milliseconds kLook{50};
+    constexpr std::chrono::milliseconds kPollPeriod{50};
     std::mutex mutex;
     std::condition_variable ended;
     bool over = false;
@@ -28,7 +28,7 @@ std::exception_ptr run_aside(const std::function<void()>& work, std::atomic<bool
     while (true) {
         {
             std::unique_lock lock(mutex);
-            if (ended.wait_for(lock, kLook, [&] { return over; })) break;
+            if (ended.wait_for(lock, kPollPeriod, [&] { return over; })) break;
         }
         if (raised) continue;
         const py::gil_scoped_acquire hold;

@@ -292,7 +292,7 @@ void add_contact_problem(py::module_& module)
     module.def("read_fclib", problem_in_file);
     module.def("write_fclib", problem_to_file);
     module.def("contact_problems", [](const std::shared_ptr<Stepper>& s) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
+        const Stepper::Use use(*s, Stepper::Purpose::read);
         std::vector<RecordedProblem> all;
         {
             const py::gil_scoped_release free;

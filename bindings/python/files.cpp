@@ -204,7 +204,7 @@ void add_files(py::module_& module)
     module.def("run", run, py::arg("stepper"), py::arg("files").none(true), py::arg("on_step"),
                py::arg("every"));
     module.def("conclude", [](const std::shared_ptr<Stepper>& s) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
+        const Stepper::Use use(*s, Stepper::Purpose::read);
         RunSummary summary;
         {
             const py::gil_scoped_release free;

@@ -8,7 +8,7 @@ namespace amontons::python {
 
 using Outcome = StepResult::Outcome;
 using Owner = std::shared_ptr<Stepper>;
-constexpr auto Look = Stepper::Purpose::look, Change = Stepper::Purpose::change;
+constexpr auto Read = Stepper::Purpose::read, Change = Stepper::Purpose::change;
 
 namespace {
 
@@ -48,7 +48,7 @@ py::object step(const Owner& s, long count)
 py::object advance(const Owner& s, double until)
 {
     {
-        const Stepper::Use use(*s, Look);
+        const Stepper::Use use(*s, Read);
         s->check_until(until);
     }
     return steps(s, std::numeric_limits<long>::max(), until);
@@ -56,7 +56,7 @@ py::object advance(const Owner& s, double until)
 
 py::bytes save(const Owner& s)
 {
-    const Stepper::Use use(*s, Look);
+    const Stepper::Use use(*s, Read);
     return py::bytes(s->save());
 }
 
@@ -70,7 +70,7 @@ void restore(const Owner& s, const py::bytes& bytes)
 
 std::string branch(const Owner& s)
 {
-    const Stepper::Use use(*s, Look);
+    const Stepper::Use use(*s, Read);
     for (const NamedText& t : s->simulation().so_far().texts)
         if (t.name == "branch" || t.name.ends_with("_branch")) return t.value;
     return "";
@@ -78,7 +78,7 @@ std::string branch(const Owner& s)
 
 Owner fork(const Owner& s)
 {
-    const Stepper::Use use(*s, Look);
+    const Stepper::Use use(*s, Read);
     const py::gil_scoped_release free;
     return s->fork();
 }
@@ -102,17 +102,17 @@ void add_simulation(py::module_& module)
         .def("advance", advance, py::arg("until"))
         .def_property_readonly("record",
                                [](const Owner& s) {
-                                   const Stepper::Use use(*s, Look);
+                                   const Stepper::Use use(*s, Read);
                                    return view_of(s->record());
                                })
         .def_property_readonly("time",
                                [](const Owner& s) {
-                                   const Stepper::Use use(*s, Look);
+                                   const Stepper::Use use(*s, Read);
                                    return s->time();
                                })
         .def_property_readonly("done",
                                [](const Owner& s) {
-                                   const Stepper::Use use(*s, Look);
+                                   const Stepper::Use use(*s, Read);
                                    return s->done();
                                })
         .def_property_readonly("branch", branch)
@@ -137,7 +137,7 @@ void add_simulation(py::module_& module)
              })
         .def("input_names",
              [](const Owner& s) {
-                 const Stepper::Use use(*s, Look);
+                 const Stepper::Use use(*s, Read);
                  py::list all;
                  for (const InputInfo& i : s->simulation().inputs())
                      all.append(py::make_tuple(i.name, i.unit, i.lower, i.upper));
@@ -145,7 +145,7 @@ void add_simulation(py::module_& module)
              })
         .def("input",
              [](const Owner& s, std::size_t k) {
-                 const Stepper::Use use(*s, Look);
+                 const Stepper::Use use(*s, Read);
                  return s->simulation().input(k);
              })
         .def("set_input",

@@ -8,8 +8,8 @@
 namespace amontons::python {
 namespace {
 
-constexpr double kLook = 0.05;  // s between searches for signals
-constexpr double kShort = 0.02; // s; what is done sooner is not worth a thread
+constexpr double kPollPeriod = 0.05; // s between searches for signals
+constexpr double kShort = 0.02;      // s; what is done sooner is not worth a thread
 
 double seconds_now()
 {
@@ -30,7 +30,7 @@ Stepper::Use::Use(Stepper& owner, Purpose purpose) : owner_(owner)
     const char* wrong =
         owner.closed() ? "this simulation is closed"
         : purpose == Purpose::change && owner.running_
-            ? "this simulation is in run(): its callback can look and save, not step"
+            ? "this simulation is in run(): its callback can read and save, not step"
             : nullptr;
     if (!wrong) return;
     owner.busy_ = false;
@@ -40,8 +40,8 @@ Stepper::Use::Use(Stepper& owner, Purpose purpose) : owner_(owner)
 void Stepper::check_signals()
 {
     const double now = seconds_now();
-    if (now - looked_ < kLook) return;
-    looked_ = now;
+    if (now - polled_ < kPollPeriod) return;
+    polled_ = now;
     const py::gil_scoped_acquire hold;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
 }

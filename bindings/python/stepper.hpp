@@ -17,7 +17,7 @@ public:
 
     /// Held while a call is in this object. @throws RuntimeError of Python  where another thread,
     /// or a callback, is in it already, or it is closed. With the GIL.
-    enum class Purpose { look, change, run };
+    enum class Purpose { read, change, run };
     class Use {
     public:
         Use(Stepper& owner, Purpose purpose);
@@ -47,7 +47,7 @@ private:
     void check_signals();
 
     std::atomic<bool> stop_{false}, busy_{false}, running_{false};
-    double looked_ = 0; ///< for signals [s]
+    double polled_ = 0; ///< for signals [s]
 };
 
 } // namespace amontons::python

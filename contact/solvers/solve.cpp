@@ -271,7 +271,7 @@ void reduce_norm(const ContactProblem& problem, const SolverOptions& options,
     if (reached <= options.tolerance) outcome.reaction = std::move(again.reaction);
 }
 
-/// What options.analyse asks for.
+/// The analysis that options.analyse enables.
 void describe(const ContactProblem& problem, const SolverOptions& options, Certificate& c)
 {
     if (!options.analyse) return;

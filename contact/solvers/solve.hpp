@@ -13,7 +13,7 @@ namespace amontons {
 /// @param warm_start  a reaction near the solution, rows; or empty. Used only where it is better
 ///                    than r = 0
 /// @throws InputError  if the problem, the options or the warm start make no sense, or sweeps are
-///                     asked of a matrix-free W, with all that is wrong; nothing has run
+///                     needed from a matrix-free W, with all that is wrong; nothing has run
 ContactSolution solve(const ContactProblem& problem, const SolverOptions& options = {},
                       const Eigen::VectorXd& warm_start = {});
 

@@ -33,7 +33,7 @@ bool is_named(const Scene& scene, const ContactLaw& pair)
     });
 }
 
-/// The scene with its handle's motion prescribed: by us.
+/// The scene with its handle's motion prescribed by the device.
 Scene with_driven_handle(Scene scene)
 {
     const HapticInput& h = scene.haptic;

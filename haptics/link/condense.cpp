@@ -200,9 +200,10 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     const HandleSpring& spring = held.spring();
     Eigen::VectorXd moved = out.W * r0; // spring and all
     const Vec6 pull = J3.transpose() * r0;
-    Vec6 give;
-    give << Vec3::Constant(1 / spring.stiffness), Vec3::Constant(1 / spring.turn_stiffness);
-    moved += J3 * give.cwiseProduct(pull);
+    Vec6 spring_compliance;
+    spring_compliance << Vec3::Constant(1 / spring.stiffness),
+        Vec3::Constant(1 / spring.turn_stiffness);
+    moved += J3 * spring_compliance.cwiseProduct(pull);
     add_coupling(out.W, J3, spring.stiffness + options.damper_spring, spring.turn_stiffness);
     for (int i = 0; i < n; ++i) {
         const BodyContact& k = all.contact[std::size_t(near[std::size_t(i)])];

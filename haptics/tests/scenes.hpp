@@ -106,7 +106,7 @@ void publish(ReducedOperator<Real>& op, const Bed& bed, const HandPose& pose, do
     set_delassus(op, W);
 }
 
-/// The slow simulation of a bed: it remembers where each point sticks.
+/// The slow simulation of a bed: it stores where each point sticks.
 struct BedSimulation {
     Bed bed;
     std::vector<Vec3> anchor; ///< by point [m]

@@ -33,10 +33,10 @@ namespace {
 
 constexpr long kWarmUp = 20;     // ticks before faults are counted
 constexpr double kWatched = 1;   // how long the rate of steps is watched before it is reported [s]
-constexpr double kSlow = 0.8;    // share of the steps asked for that is reported
+constexpr double kSlow = 0.8;    // share of the requested steps below which it is reported
 constexpr double kSlowest = 0.2; // period of a simulation that still counts as running [s]
 constexpr std::size_t kStackTouched = 1 << 16; // bytes of the loop's stack, before the first tick
-constexpr double kLetGo = SafetyOptions{}.ramp_down; // from any force to none at the end [s]
+constexpr double kRampDown = SafetyOptions{}.ramp_down; // from any force to none at the end [s]
 
 timespec to_timespec(double t)
 {
@@ -101,7 +101,7 @@ long pages_moved()
 template <class Real>
 void fade_out(HapticLoop<Real>& loop, Device& device, double start, long tick, double period)
 {
-    const auto ticks = static_cast<long>(std::ceil(kLetGo / period));
+    const auto ticks = static_cast<long>(std::ceil(kRampDown / period));
     for (long k = 1; k <= ticks; ++k) {
         sleep_until(start + static_cast<double>(tick + k - 1) * period);
         const double left = static_cast<double>(ticks - k) / static_cast<double>(ticks - k + 1);
@@ -152,11 +152,11 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     std::atomic<long> ticked{0}, overloaded{0};
     std::atomic<std::size_t> recorded{0}; // records that the simulation's thread may read
     std::atomic<SafetyState> state{SafetyState::no_operator};
-    SafetyState told = SafetyState::no_operator;
-    const auto tell = [&] {
+    SafetyState last_reported = SafetyState::no_operator;
+    const auto report_state = [&] {
         const SafetyState now = state;
-        if (now != told && options.on_state) options.on_state(now);
-        told = now;
+        if (now != last_reported && options.on_state) options.on_state(now);
+        last_reported = now;
     };
     std::uint64_t sequence = 0;
 
@@ -169,7 +169,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     // ---- Scheduler and memory
     if (options.scheduler) {
         // First all present pages, so that the loop's arrays have theirs even if they were not yet
-        // written; what the simulation reserves later gets its own where it writes, not in one go.
+        // written; what the simulation reserves later gets its own where it writes, not at once.
         if (options.own_process)
             malloc_trim(0); // addresses that the heap has reserved and not used are not locked
         run.locked = mlockall(MCL_CURRENT) == 0;
@@ -249,16 +249,16 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     // ---- The simulation, in this thread
     double next = start, published = start;
     PoseAtTime pose;
-    bool has_pose = false, told_slow = false;
+    bool has_pose = false, reported_slow = false;
     double watched_from = start;
     long watched_steps = 0;
     const auto watch_rate = [&] {
-        const double now = clock_now(), asked = 1 / options.operator_period;
+        const double now = clock_now(), requested = 1 / options.operator_period;
         if (now - watched_from < kWatched) return;
         run.step_rate = static_cast<double>(watched_steps) / (now - watched_from);
-        if (run.step_rate < kSlow * asked && !told_slow && options.on_slow) {
+        if (run.step_rate < kSlow * requested && !reported_slow && options.on_slow) {
             options.on_slow(run.step_rate);
-            told_slow = true;
+            reported_slow = true;
         }
         watched_from = now;
         watched_steps = 0;
@@ -266,7 +266,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
     while (!done) {
         sleep_until(std::min(next, start + options.duration + period));
         if (done) break;
-        tell();
+        report_state();
         next = std::max(next + options.operator_period, clock_now());
         if (poses.fetch()) {
             pose = poses.front();
@@ -307,7 +307,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
 
     // ---- Records and what was refused
     haptic.join();
-    tell();
+    report_state();
     if (bare.joinable()) bare.join();
     run.pages_moved = pages_moved() - moved_before;
     if (run.locked) munlockall();
@@ -315,7 +315,7 @@ RealTimeRun run_in_real_time(HapticLoop<Real>& loop, Device& device, int most_co
 
     run.fifo = options.scheduler && refusal.empty();
     if (!options.scheduler)
-        run.scheduling = "SCHED_OTHER, as asked";
+        run.scheduling = "SCHED_OTHER, as requested";
     else if (run.fifo)
         run.scheduling = "SCHED_FIFO " + std::to_string(options.priority);
     else

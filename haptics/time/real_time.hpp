@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-// The loop in a thread of its own, by the clock; the simulation in the thread that calls.
+// The loop in a thread of its own, in real time; the simulation in the thread that calls.
 
 namespace amontons {
 
@@ -34,6 +34,7 @@ struct RealTimeOptions {
     std::function<void(SafetyState state)> on_state;
     /// Called in the simulation's thread, once at most, if it makes fewer than 0.8 of the steps a
     /// second that operator_period prescribes.
+    /// Its argument is that rate [1/s].
     std::function<void(double rate)> on_slow;
     /// Called in the simulation's thread before a step, with all ticks that are done.
     std::function<void(std::span<const TickRecord> ticks)> on_ticks;
@@ -42,7 +43,7 @@ struct RealTimeOptions {
     std::function<void(long periods)> advance;
 };
 
-/// What a run by the clock measured.
+/// What a run in real time measured.
 struct RealTimeRun {
     std::vector<TickRecord> records;
     std::string scheduling; ///< which requests were granted, which refused, and how to obtain them

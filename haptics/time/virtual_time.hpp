@@ -29,6 +29,7 @@ struct VirtualOptions {
 };
 
 /// Makes the operator for a handle pose: what the simulation thread does. False: there is none.
+/// Its `time` is that of the simulation [s].
 template <class Real>
 using Publisher = std::function<bool(ReducedOperator<Real>& op, const HandPose& handle, double time,
                                      std::uint64_t sequence)>;
@@ -36,13 +37,14 @@ using Publisher = std::function<bool(ReducedOperator<Real>& op, const HandPose& 
 /// Loop, device and publisher in one thread, in virtual time: the same input gives the same ticks,
 /// whatever the machine does. Late ticks have no record; `compute` is real time nevertheless.
 /// @param advance  called at the end of each tick: what the device does in it
+/// @param period   of the simulation [s]
 template <class Real>
 std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, Device& device,
                                             const std::function<void()>& advance, int most_contacts,
                                             const Publisher<Real>& publish, double period,
                                             const VirtualOptions& options);
 
-/// The same with a simulated hand.
+/// The same with a simulated hand. @param period  of the simulation [s]
 template <class Real>
 std::vector<TickRecord> run_in_virtual_time(HapticLoop<Real>& loop, SimulatedHand& hand,
                                             int most_contacts, const Publisher<Real>& publish,

@@ -18,7 +18,8 @@ public:
     explicit FileIssues(std::string file) : file_(std::move(file)) {}
     /// Adds an Issue. @throws InputError  with all of them, when there are enough to show
     void add(std::string place, std::string found, std::string allowed);
-    /// Adds an Issue after which the rest of the file cannot be understood.
+    /// Adds an Issue after which the rest of the file cannot be understood. @throws InputError with
+    /// all of them
     [[noreturn]] void fatal(std::string place, std::string found, std::string allowed);
     /// True if nothing is wrong.
     bool empty() const { return issues_.empty(); }
@@ -79,9 +80,10 @@ bool same_word(std::string_view a, std::string_view b);
 std::string lower_case(std::string_view text);
 
 /// Appends the shortest text that reads back as the same double.
+/// @param value  any number
 void append_number(std::string& text, double value);
 
-/// The shortest text that reads back as the same double.
+/// The shortest text that reads back as the same double, any number.
 std::string number_text(double value);
 
 } // namespace amontons

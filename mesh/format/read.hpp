@@ -36,6 +36,7 @@ Polyline read_centreline(const std::string& path, double scale);
 
 /// Places with a size each, as read_centreline; a .mrk.json is a centreline with its radius.
 /// @throws InputError  as read_surface; no place, or a place without a size
+/// @param scale  > 0, of the file's lengths [m per unit]
 std::vector<SizeSource> read_size_field(const std::string& path, double scale);
 
 /// The unit that a format prescribes: 1e-3 for .mrk.json, which is in mm, else 1 [m per unit].

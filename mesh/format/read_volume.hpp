@@ -23,7 +23,7 @@ VolumeFile read_volume(const std::string& path, double scale);
 void write_volume(const std::string& path, const VolumeMesh& mesh, const GmshOptions& gmsh = {},
                   std::vector<std::string>* notes = nullptr);
 
-/// Checks that write_volume knows the suffix.
+/// Checks that write_volume has a format for the suffix.
 /// @throws InputError  if it does not
 void check_volume_suffix(const std::string& path);
 

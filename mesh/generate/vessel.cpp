@@ -168,7 +168,7 @@ VesselShape vessel_shape(const VesselOptions& o, const std::vector<TakeOff>& roo
     return VesselShape{std::move(tubes), o.blend};
 }
 
-// A tube that continues must not open another one's wall: how far it may go.
+// A tube that continues must not open another one's wall: how far it may extend.
 void check_clear(const VesselOptions& o, const VesselShape& shape,
                  const std::vector<Opening>& openings, std::vector<double>& extension)
 {
@@ -265,7 +265,7 @@ SurfaceMesh make_triangles(const Stubs& s, double edge)
                          s.reach);
 }
 
-// Made when they are asked for; that they can be made is found out at once. Joined tubes are one
+// Made at first use; whether they can be made is checked at once. Joined tubes are one
 // part without handles, or branches grow into one another: then the handles stay, however small
 // the triangles are.
 VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double edge)

@@ -17,7 +17,7 @@ struct ImplicitSample {
     Mat3 hessian = Mat3::Zero();  ///< [1/m]
 };
 
-/// The free space of several tubes joined into one, the edges where they meet rounded.
+/// The free space of several tubes joined into one, the edges between them rounded.
 ///
 /// With f_i the distances of the tubes, two values closer than k are joined by
 ///   max(a, b) + (k - |a - b|)^2 / (4 k),  k = sqrt(2) times the blend radius,

@@ -9,7 +9,7 @@
 
 using namespace amontons;
 
-TEST_CASE("solids: the suffix specifies the format and sets and scale survive every way round")
+TEST_CASE("solids: the suffix specifies the format, and sets and scale survive every conversion")
 {
     const TemporaryFolder folder;
     const VolumeMesh mesh = mesh_with_sets();

@@ -373,13 +373,13 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
     Eigen::VectorXd in_u; // what the modes' part of u changes by
     if (frame_kind() == Frame::floating) {
         in_u = -(mean + mode_now_);
-        const Eigen::VectorXd motion = felt(mode - in_u);
+        const Eigen::VectorXd motion = constrained_part(mode - in_u);
         // By the rule of the trapezoid.
         rigid_work_ += 0.5 * (load_on_modes(amount_) + mode_load_).dot(motion);
         move_frame(now_, motion);
     } else {
         const Eigen::VectorXd by_pins = mean - mean_now_;
-        in_u = felt(mode + by_pins) - by_pins;
+        in_u = constrained_part(mode + by_pins) - by_pins;
     }
     mean_now_ = mean;
     mode_now_ += in_u;

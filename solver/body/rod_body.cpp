@@ -372,7 +372,7 @@ void RodBody::linearise()
         const SheathBalance b = sheath_balance(now_, step_.end(), true);
         balance_at_sheath(b, move, rest);
         balance_at_sheath(b, {}, residual_);
-        if (gives_in_sheath()) stiffness_at_sheath(b);
+        if (compliant_in_sheath()) stiffness_at_sheath(b);
     }
     hold_matrix(K_);
     negative_ = K_.factor(first_outside());
@@ -505,7 +505,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         forces_at_iterate();
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);
-        if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
+        if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
         hold_matrix(K_);
         negative_ = K_.factor(first_outside());
         stable_ = negative_ == 0;
@@ -549,7 +549,7 @@ std::vector<double> RodBody::frequencies(int count)
     std::vector<Node6> inner, load;
     forces(now_, step_.end(), inner, load);
     held_ = held_at(now_, step_.end());
-    if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
+    if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
     hold_matrix(K_);
     negative_ = K_.factor();
     M_.set_zero();

@@ -94,7 +94,7 @@ public:
     void release_feed() { most_fed_ = -1; }
     /// Whether stop_feed() is in effect.
     bool feed_is_stopped() const { return most_fed_ >= 0; }
-    /// The segment of a place; where two meet, the first.
+    /// The segment of a place; at a common end of two, the first.
     int segment_of(const CurvePlace& at) const;
     /// Rotation of its end about the sheath, from that at a base rotation of 0, at the state [rad].
     double tip_rotation() const;
@@ -322,8 +322,8 @@ private:
     double base_turn(double t) const; ///< prescribed [rad]
     double base_way(double t) const;  ///< prescribed, or where it was stopped [m]
     bool out_of_sheath() const { return material_ && sheath_.node < rod_.element_count(); }
-    bool gives_at(double fed) const;
-    bool gives_in_sheath() const; ///< there is enough in it to stretch
+    bool compliant_at(double fed) const;
+    bool compliant_in_sheath() const; ///< there is enough in it to stretch
     HeldBase held_base(const SheathEnd& at) const;
     double turn_in_sheath(const SheathEnd& at, double s) const;
     BeamNode held_in_sheath(int node) const;
@@ -412,11 +412,12 @@ private:
         std::vector<Vec6> velocity;
         std::vector<Node6> acting;
     } accepted_;
-    SheathEnd led_;              ///< where a dynamic step leads the base: fed, turned
-    bool gives_in_step_ = false; ///< of a dynamic step: there is enough in the sheath to stretch
-    double passed_energy_ = 0;   ///< of what began or ended to be out as the step began [J]
-    int renewed_ = -1;           ///< last node whose filtered rates begin anew with the step's mesh
-    bool broken_ = false;        ///< the iterate leaves the element at the sheath's end no length
+    SheathEnd led_; ///< where a dynamic step leads the base: fed, turned
+    bool compliant_in_step_ =
+        false;                 ///< of a dynamic step: there is enough in the sheath to stretch
+    double passed_energy_ = 0; ///< of what began or ended to be out as the step began [J]
+    int renewed_ = -1;         ///< last node whose filtered rates begin anew with the step's mesh
+    bool broken_ = false;      ///< the iterate leaves the element at the sheath's end no length
     double push_ = 0, torque_ = 0;  ///< at the accepted state [N], [N m]
     bool stable_ = true;            ///< the accepted balance
     double drag_ = 0;               ///< [N/m^2]

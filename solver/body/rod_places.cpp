@@ -155,9 +155,9 @@ void RodBody::set_contact_forces(std::span<const ContactLoad> loads)
 // too long; the next one does not expect it.
 //
 // On a solid, rows are held too, as if it stood still: at the end of the iteration it does. A rope
-// would go far without contact, and what is left when contact forces take it back is round-off. On
-// the way forces on the rod are off by rho times the solid's motion, which is a small part of them
-// where rho is far below the solid's own stiffness.
+// would move far without contact, and what is left when contact forces take it back is round-off.
+// On the way forces on the rod are off by rho times the solid's motion, which is a small part of
+// them where rho is far below the solid's own stiffness.
 void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
 {
     double compression = 0, tension = 0;                   // the largest [N]
@@ -228,7 +228,7 @@ RodBody::Line RodBody::line(const BodyPlace& at) const
     Line line;
     line.x = p.x;
     line.J = p.J;
-    if (gives_in_sheath() && e == sheath_.node)
+    if (compliant_in_sheath() && e == sheath_.node)
         line.J.leftCols<3>() = along_by_way(now_.nodes, L, t) * along_sheath().transpose();
     line.slope.setZero();
     line.bend.setZero();
@@ -312,7 +312,7 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
     const double there = xi_now(e, xi), share = std::max(there, 0.0);
     const RodPlace p = place_on(now_, e, there);
     Vec12 v = p.J.transpose() * direction;
-    if (gives_in_sheath() && e == sheath_.node && !step_.dynamic)
+    if (compliant_in_sheath() && e == sheath_.node && !step_.dynamic)
         v.head<3>() = along_by_way(now_.nodes, rod_.law[std::size_t(e)].length, xi).dot(direction) *
                       along_sheath();
     const Vec3 moment = (at.point - p.x).cross(direction);

@@ -400,11 +400,11 @@ void SolidBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
             // Pins take the body as a whole with what they hold.
             if (frame_kind() != Frame::floating) {
                 const Eigen::VectorXd by_pins = mean_motion(whole);
-                now_.u += rigid_->R * (felt(mode + by_pins) - by_pins);
+                now_.u += rigid_->R * (constrained_part(mode + by_pins) - by_pins);
             } else { // loads turn with the frame alone
                 const Eigen::VectorXd in_u = mean_motion(now_.u);
                 now_.u -= rigid_->R * in_u;
-                move_frame(now_, felt(mode + in_u));
+                move_frame(now_, constrained_part(mode + in_u));
             }
         }
         update_places(now_);

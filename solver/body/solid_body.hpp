@@ -290,7 +290,7 @@ protected:
     /// Amplitudes of the rigid modes nearest to u, of all nodes [m].
     Eigen::VectorXd mean_motion(const Eigen::VectorXd& u) const;
     /// A motion of the modes without those constrained by no contact.
-    Eigen::VectorXd felt(const Eigen::VectorXd& mode) const;
+    Eigen::VectorXd constrained_part(const Eigen::VectorXd& mode) const;
     void move_frame(Motion& m, const Eigen::VectorXd& mode) const; ///< by amplitudes of the modes
     /// W of the columns that came last.
     bool kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const;
@@ -348,7 +348,7 @@ protected:
 
     SolidConditions conditions_; ///< points into input_ and mesh_
 
-    // What only steps ask for is made then: a scene can be checked without.
+    // What only steps need is computed then: a scene can be checked without.
     Late<SolidPattern> pattern_;
     Late<std::vector<SparseMatrix>> supports_; ///< stiffness of each [N/m]
     Late<SparseMatrix> support_;               ///< their sum, of the pattern; 0 x 0: none

@@ -20,6 +20,7 @@ public:
     }
 
     /// The frame of a step.
+    /// @param time  of the step [s]
     ViewFrame frame(double time, const std::vector<BeamRecord>& beams,
                     const std::vector<BodyRecord>& bodies,
                     const std::vector<ContactRecord>& contacts);

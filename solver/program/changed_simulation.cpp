@@ -38,9 +38,9 @@ void ChangedSimulation::change(const std::string& line)
         next->take_over(*now_);
         now_ = std::move(next);
         overrides_ = std::move(overrides);
-        session_.say("set " + line);
+        session_.print_line("set " + line);
     } catch (const InputError& error) {
-        session_.say(std::string("not set: ") + error.what());
+        session_.print_line(std::string("not set: ") + error.what());
     }
 }
 

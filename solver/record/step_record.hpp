@@ -151,7 +151,7 @@ struct SnapRecord {
     double released = 0; ///< energy [J]
 };
 
-/// A pair of bodies whose contact forces the laws leave open at the accuracy asked.
+/// A pair of bodies whose contact forces the laws leave open at the requested accuracy.
 struct UndeterminedForce {
     std::string a, b;                        ///< names
     bool normal = false, tangential = false; ///< which directions of its force

@@ -326,12 +326,12 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
              field<&R::drag>("drag", "N s/m^2", at_least(0),
                              "Of a medium that the rod moves through, force per length and "
                              "velocity: quasi-static steps then follow snaps in time."),
-             fallback("one at each node",
-                      field<&R::contact_spacing>("contact_spacing", "m", at_least(0),
-                                                 "Longest way between two places that touch what "
-                                                 "runs along the rod; 0: the nodes, and on solids "
-                                                 "as many as there are faces. Crossings and "
-                                                 "edges are found wherever they are.")),
+             fallback("one at each node", field<&R::contact_spacing>(
+                                              "contact_spacing", "m", at_least(0),
+                                              "Largest distance of two contact places where a body "
+                                              "runs along the rod; 0: the nodes, and on solids "
+                                              "as many as there are faces. Crossings and "
+                                              "edges are found wherever they are.")),
              field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
              field<&R::spin>("spin", "rad/s", kAny,
                              "Angular velocity about the centre of mass, when it begins; dynamic "

@@ -191,11 +191,11 @@ Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) co
             if (r_[rows_.row[b][i]] != 0 || joint[std::size_t(rows_.row[b][i])])
                 acting.push_back(Eigen::Index(i));
         }
-    Eigen::MatrixXd felt =
+    Eigen::MatrixXd rows =
         Eigen::MatrixXd::Zero(std::max(Eigen::Index(acting.size()), modes), modes);
     for (std::size_t i = 0; i < acting.size(); ++i)
-        felt.row(Eigen::Index(i)) = B_[b].row(acting[i]);
-    const RightSingular svd = right_singular(felt);
+        rows.row(Eigen::Index(i)) = B_[b].row(acting[i]);
+    const RightSingular svd = right_singular(rows);
     Eigen::Index first = modes;
     while (first > 0 && svd.values[first - 1] <= share * scale)
         --first;
@@ -370,8 +370,8 @@ double BodyStepper::friction_of_departed() const
     return sum;
 }
 
-/// Where a contact's force, or a joint's, acts on both of its bodies: where they met, moved on as
-/// both were moving. Of one rigid body alone, against what stands or is led, as its centre was.
+/// Where a contact's force, or a joint's, acts on both of its bodies: where they touched, moved on
+/// as both were moving. Of one rigid body alone, against what stands or is led, as its centre was.
 Vec3 BodyStepper::common_place(int c) const
 {
     Vec3 place = Vec3::Zero(), moved = Vec3::Zero();

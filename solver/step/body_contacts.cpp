@@ -364,15 +364,15 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         const AxisBox& box = boxes_[std::size_t(b)];
         return AxisBox{box.low.array() - room, box.high.array() + room};
     };
-    std::vector<int> met;
+    std::vector<int> in_reach;
     for (const BoxPair& p : default_pairs_in_reach(bodies, near_box))
-        met.push_back(default_pair(p.a, p.b, bodies));
+        in_reach.push_back(default_pair(p.a, p.b, bodies));
     // Each pair is on its own; their contacts follow each other as the pairs do.
-    std::vector<std::vector<BodyContact>> found(met.size());
-    share_out(met.size() < kManyPairs ? 1 : threads, met.size(),
+    std::vector<std::vector<BodyContact>> found(in_reach.size());
+    share_out(in_reach.size() < kManyPairs ? 1 : threads, in_reach.size(),
               [&](std::size_t begin, std::size_t end) {
                   for (std::size_t k = begin; k < end; ++k)
-                      found[k] = rest_contacts(bodies, met[k]);
+                      found[k] = rest_contacts(bodies, in_reach[k]);
               });
     for (const std::vector<BodyContact>& of_pair : found)
         append(of_pair, out);

@@ -210,12 +210,12 @@ Eigen::MatrixXd BodyStepper::unloaded_modes(std::size_t b,
 /// An unstable balance of bodies that hang, as of one above its joint, is left along its lowest
 /// mode. K = S + B^T W^-1 B with the elastic W of what holds them.
 /// @return  whether they were; never where they touch something, whose surfaces S leaves out
-bool BodyStepper::leave_upright()
+bool BodyStepper::leave_unstable_balance()
 {
     constexpr double kAside = 0.1;  // rad
     constexpr double kStiff = 1e-9; // of the rows' compliance: what rigid bodies hold by
     constexpr double kMargin = 1e-3;
-    if (hanging_.empty() || left_upright_ || nothing_) return false;
+    if (hanging_.empty() || left_unstable_ || nothing_) return false;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         if (force_.count(key(c)) > 0) return false;
     find_hanging();
@@ -232,7 +232,7 @@ bool BodyStepper::leave_upright()
     const Eigen::MatrixXd half = root.transpose().triangularView<Eigen::Lower>().solve(coupled_B_);
     const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(S + half.transpose() * half));
     if (!e.converged || !(e.values[0] < -kMargin * S.norm())) return false;
-    left_upright_ = true;
+    left_unstable_ = true;
     Eigen::VectorXd way = Eigen::VectorXd::Zero(hanging_.stiffness.cols());
     way(seen) = e.vectors.col(0);
     double longest = 0;

@@ -335,7 +335,7 @@ bool BodyStepper::solve_with_modes()
         }
         if (there) return true;
         if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
-        // Balance is asked for where bodies have rolled to, not here.
+        // Balance is required where bodies have rolled to, not here.
         if (rolls_ && !hanging_.empty() && step + 1 == kMostRolling) return true;
         // The forces on a small body may be negligible beside those that the error is relative to:
         // continue.
@@ -427,9 +427,9 @@ bool BodyStepper::couple_modes()
 
 /// W with the modes at the weight that the multipliers have, and with their own, for the
 /// certificate.
-/// @param give  elastic compliance of each row [m/N]
+/// @param row_compliance  elastic compliance of each row [m/N]
 /// @return  false: they cannot be coupled in numbers of this size
-bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
+bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& row_compliance,
                                     const std::vector<Eigen::MatrixXd>& W,
                                     const std::vector<std::pair<int, double>>& soft)
 {
@@ -455,7 +455,7 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
     Eigen::MatrixXd T = free.asDiagonal();
     // Rows of rigid bodies alone hold with any weight, but S may be negative there.
     const double firm = hanging_.empty() ? 0 : hanging_.load / least_size;
-    Eigen::VectorXd yields = give;
+    Eigen::VectorXd yields = row_compliance;
     if (!hanging_.empty())
         for (const auto& [row, own] : soft)
             yields[row] += own;

@@ -61,7 +61,7 @@ RowLimits between_meshes(const OverlapSpot& s, double allowed)
 
 /// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
 /// to the shape, the rows come to that, so that its force does not fall. Round shapes (balls) may
-/// be smaller than a face whose nodes carry next to nothing: rows leave as much less.
+/// be smaller than a face whose nodes carry a negligible load: rows leave as much less.
 /// @param pressed  how far the place has been pressed out by strain [m]
 RowLimits beside_shape(const OverlapSpot& s, double allowed, double pressed)
 {
@@ -115,7 +115,7 @@ double ContactFinder::thinner_of(const std::vector<BodyRef>& bodies, const Conta
     return p.b >= 0 ? std::min(own, thickness(bodies, p.b)) : own;
 }
 
-/// 0 as long as nothing has asked for it: a search in shapes takes less than it.
+/// 0 until it is first needed: a search in shapes takes less time.
 double ContactFinder::thinner_if_known(const ContactPair& p) const
 {
     const auto known = [&](int body) {

@@ -14,7 +14,7 @@ namespace {
 
 // The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
 // the method of multipliers, whose error falls by about this factor each time. As many digits of
-// the elastic part are lost: where the tolerance asks for them it is less.
+// the elastic part are lost: where the tolerance requires them it is less.
 constexpr double kModeWeight = 1e2, kFineModeWeight = 10, kFine = 1e-10;
 constexpr double kStressedModeWeight = 10; // of the stiffness of contacts against the modes
 // Newton's method on a stored W gains digits at negligible cost: what linear solids are solved
@@ -102,8 +102,8 @@ void BodyStepper::note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W
         const int c = rows_.chosen[i], row = local[std::size_t(rows_.first[i])];
         if (row < 0 || c >= int(list_.contact.size())) continue;
         if (!system_.refs[std::size_t(list_.contact[std::size_t(c)].a)].rod) continue;
-        const double give = W.col(row).cwiseAbs().sum();
-        if (give > 0) support_stiffness_[key(c)] = 1 / give;
+        const double row_compliance = W.col(row).cwiseAbs().sum();
+        if (row_compliance > 0) support_stiffness_[key(c)] = 1 / row_compliance;
     }
 }
 
@@ -131,8 +131,8 @@ void BodyStepper::assemble()
                                     : ContactKind::frictionless;
         if (joint) {
             // A spring yields by its force over its stiffness.
-            const double give = compliance_of_row(std::size_t(c - n_contacts));
-            if (give > 0) soft.emplace_back(rows_.first[i], give);
+            const double row_compliance = compliance_of_row(std::size_t(c - n_contacts));
+            if (row_compliance > 0) soft.emplace_back(rows_.first[i], row_compliance);
         }
     }
     problem_.q = values(rows_);
@@ -156,13 +156,13 @@ void BodyStepper::assemble()
     bool modes = false;
     // Elastic give of each row: a stiff body's modes act on rows through the bodies that it rests
     // on.
-    Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
+    Eigen::VectorXd row_compliance = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
         body(b).matrix().compliance(rows_.columns[b], W[b]);
         note_support_stiffness(b, W[b]);
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-            give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
+            row_compliance[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }
     double least = std::numeric_limits<double>::infinity(); // of the bodies that touch [m]
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -175,12 +175,12 @@ void BodyStepper::assemble()
         double& s = mode_scale_[b];
         double elastic = 0;
         for (const int row : rows_.row[b])
-            elastic += give[row];
+            elastic += row_compliance[row];
         const double rigid = B_[b].squaredNorm();
         if (stressed(b)) {
             double hold = 0;
             for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-                if (const double w = give[rows_.row[b][i]]; w > 0)
+                if (const double w = row_compliance[rows_.row[b][i]]; w > 0)
                     hold += B_[b].row(Eigen::Index(i)).squaredNorm() / w;
             s = hold > 0 ? kStressedModeWeight * double(R.cols()) / hold : 1;
         } else if (elastic > 0 && rigid > 0 && !feeds_freely_[b]) {
@@ -202,12 +202,12 @@ void BodyStepper::assemble()
         return sum_of_bodies(rows_, W, soft);
     };
     if (!hanging_.empty()) couple_modes();
-    if (modes && modes_coupled_ && !add_coupled_modes(give, W, soft)) {
+    if (modes && modes_coupled_ && !add_coupled_modes(row_compliance, W, soft)) {
         modes_coupled_ = false;
         modes_apart_ = true;
     }
     if (!modes_coupled_) hanging_ = {};
-    // Bodies that roll are held by next to nothing: gaps would be none beside what they yield by.
+    // Bodies that roll are hardly held: gaps would be none beside their compliance.
     if (rolls_ && modes_coupled_) measured_W_ = sum(1 / mode_weight());
     if (!modes || !modes_coupled_) {
         if (modes) measured_W_ = sum(1 / mode_weight());

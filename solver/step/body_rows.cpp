@@ -227,8 +227,8 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
         if (pair.restitution > 0) {
             // Newton's law where the surfaces would touch within the step.
             // Else they have no row: the law of gaps would anticipate a part of the impact.
-            const bool meet = left + 0.5 * step.h * approach <= 0;
-            all[c][0] = meet ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
+            const bool closes = left + 0.5 * step.h * approach <= 0;
+            all[c][0] = closes ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
         }
     }
 }
@@ -283,9 +283,9 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
                                        std::size_t(start[row + 1] - start[row]));
     };
 
-    std::vector<double> give(n, 0);
+    std::vector<double> row_compliance(n, 0);
     for (const auto& [row, s] : soft)
-        give[std::size_t(row)] += s;
+        row_compliance[std::size_t(row)] += s;
     std::vector<CoupledRows> patterns;
     std::vector<int> pattern(n);
     std::vector<int> outer(n + 1, 0);
@@ -294,7 +294,7 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
         // Rows of a pair of bodies follow each other.
         if (j == 0 || own.empty() || !std::ranges::equal(own, bodies_of(j - 1))) {
             patterns.push_back(coupled_rows(rows, own));
-            if (own.empty() && give[j] > 0) patterns.back().rows.push_back(int(j));
+            if (own.empty() && row_compliance[j] > 0) patterns.back().rows.push_back(int(j));
         }
         pattern[j] = int(patterns.size()) - 1;
         outer[j + 1] = outer[j] + int(patterns.back().rows.size());
@@ -315,8 +315,9 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
             for (std::size_t i = 0; i < place.size(); ++i)
                 value[place[i]] += w[i];
         }
-        if (give[j] > 0)
-            value[std::ranges::lower_bound(coupled.rows, int(j)) - coupled.rows.begin()] += give[j];
+        if (row_compliance[j] > 0)
+            value[std::ranges::lower_bound(coupled.rows, int(j)) - coupled.rows.begin()] +=
+                row_compliance[j];
     }
     return sum;
 }

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;    // ... may be so much longer
-constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
+constexpr double kLagBelow = 0.13; // of the requested step: see body_lag.cpp
 constexpr int kMostWarnings = 8;   // of warnings of a kind
 
 } // namespace
@@ -152,7 +152,7 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
     return j.verdict;
 }
 
-/// Quasi-static: the balance that the first loads and places ask for; where it is not found at
+/// Quasi-static: the balance that the first loads and places request; where it is not found at
 /// once, under shares of the loads that grow to all of them.
 bool BodySimulation::State::find_first_balance()
 {
@@ -249,8 +249,8 @@ StepResult BodySimulation::State::record_accepted(StepRecord r)
     return accepted_step(std::move(r));
 }
 
-/// The state that a run begins from. Quasi-static: the balance that the first loads and places ask
-/// for.
+/// The state that a run begins from. Quasi-static: the balance that the first loads and places request
+/// .
 StepResult BodySimulation::State::begin()
 {
     const auto refused = [&] {

@@ -224,15 +224,15 @@ void BodyStepper::follow_contacts()
     std::set<BodySystem::Key> now;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         now.insert(key(c));
-    std::vector<BodySystem::Key> gone;
+    std::vector<BodySystem::Key> dropped;
     for (const auto& [k, force] : force_) {
         if (k.pair < 0 || now.count(k) > 0) continue;
         const ContactPair& pair = system_.finder.pairs()[std::size_t(k.pair)];
         if (pair.b < 0 || !system_.refs[std::size_t(pair.a)].rod) continue;
         const BodyRef& b = system_.refs[std::size_t(pair.b)];
-        if (b.rod || (b.solid && is_crossing(k.id))) gone.push_back(k);
+        if (b.rod || (b.solid && is_crossing(k.id))) dropped.push_back(k);
     }
-    for (const BodySystem::Key& old : gone)
+    for (const BodySystem::Key& old : dropped)
         for (const std::int64_t id : neighbours(old.id)) {
             const BodySystem::Key next{old.pair, id};
             if (now.count(next) == 0 || force_.count(next) > 0 || motion_.count(next) > 0) continue;
@@ -344,7 +344,7 @@ bool BodyStepper::all_in_matrix() const
     return true;
 }
 
-/// The motion that Anderson's rule makes of an iteration's own, and remembers this iteration.
+/// Anderson's extrapolation of an iteration's motion; stores this iteration.
 /// @param change  of the motion since the iteration before
 Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
                                           const Eigen::VectorXd& change)
@@ -441,8 +441,8 @@ bool BodyStepper::run()
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
         if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
-            const bool rests = sliding_reversed(), upright = leave_upright();
-            if (!rests && !upright && !adds_rows()) {
+            const bool at_rest = sliding_reversed(), unstabilised = leave_unstable_balance();
+            if (!at_rest && !unstabilised && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
                                               "their forces",
@@ -450,13 +450,14 @@ bool BodyStepper::run()
                 return false;
             }
             frozen_ = false;
-            if (!rests && !upright && step_.dynamic) { // contacts are found where the step starts
+            if (!at_rest && !unstabilised &&
+                step_.dynamic) { // contacts are found where the step starts
                 again_ = true;
                 report_.refusal = "bodies overlap";
                 return false;
             }
             find();
-            if (!rests) {
+            if (!at_rest) {
                 least = std::numeric_limits<double>::infinity();
                 halved = i;
                 most = i + 1 + options_.most_iterations;
@@ -545,13 +546,13 @@ bool BodyStepper::run()
         report_.energy.elastic += e.elastic;
         report_.energy.kinetic += e.kinetic;
     }
-    remember_joints();
+    store_joints();
     report_.energy.elastic += spring_energy(system_.couplings, system_.coupling_memory);
     system_.warm = force_;
     system_.warm_friction = std::move(friction_);
     system_.warm_sticks = sticks_;
     system_.finder.keep_rows([&](int pair, std::int64_t id) {
-        // In motion those that are near, which the next step would ask for again.
+        // In motion those that are near, which the next step would need again.
         if (step_.dynamic) return motion_.count({pair, id}) > 0;
         const auto known = force_.find({pair, id});
         return known != force_.end() && !known->second.isZero(0);

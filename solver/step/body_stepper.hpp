@@ -70,7 +70,7 @@ private:
     void follow_to_end();
     double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
     void find_joints();
-    void remember_joints();
+    void store_joints();
     double spring_loss(std::size_t coupling, double force) const;
     // body_lag.cpp
     void hold_lost(const BodyContacts& before, std::span<const double> moved_before);
@@ -156,7 +156,7 @@ private:
     Eigen::MatrixXd of_body(const Eigen::MatrixXd& all, std::size_t body) const;
     std::vector<Eigen::Index> seen_modes() const;
     Eigen::MatrixXd unloaded_modes(std::size_t b, const Eigen::MatrixXd& unconstrained) const;
-    bool leave_upright();
+    bool leave_unstable_balance();
     Eigen::VectorXd change_by_hanging(std::size_t b) const;
     double hanging_imbalance(const std::vector<Eigen::VectorXd>& forces) const;
 
@@ -201,7 +201,7 @@ private:
     std::vector<Vec3> value_;                  ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
-    std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
+    std::vector<Eigen::MatrixXd> B_; ///< modes in the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
     std::vector<char> feeds_freely_; ///< rigid bodies whose scale is none of what they touch
     int drifting_ = -1;              ///< the body that has to become one, or -1
@@ -266,8 +266,8 @@ private:
     Eigen::VectorXd unbalanced_;      ///< load on the modes of a body that multipliers left
     std::size_t unbalanced_body_ = 0; ///< that body
     double pull_back_ = 0;            ///< of its load over its size, towards the start of the step
-    bool left_upright_ = false;       ///< an unstable balance, in this step
-    Eigen::MatrixXd coupled_B_;       ///< modes of all bodies seen by all rows, where some hang
+    bool left_unstable_ = false;      ///< an unstable balance, in this step
+    Eigen::MatrixXd coupled_B_;       ///< modes of all bodies in all rows, where some hang
     Eigen::MatrixXd elastic_W_;       ///< W of these rows without modes
 };
 

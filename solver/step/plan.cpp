@@ -142,8 +142,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
         plan.uses.push_back("module vtk, after the run: picture");
     if (vtp) plan.uses.push_back("module vtk: surface from a .vtp file");
     leave(!vtk_there, "VTK", "its module is not installed: no picture");
-    leave(vtk_there && !scene.output.picture && !vtp, "VTK", "no picture is asked for");
-    leave(!scene.output.plots, "gnuplot", "no plots are asked for");
+    leave(vtk_there && !scene.output.picture && !vtp, "VTK", "no picture is requested");
+    leave(!scene.output.plots, "gnuplot", "no plots are requested");
     leave(scene.contact.empty(), "contact detection and solver", "no pair of bodies can touch");
     leave(!friction && !scene.contact.empty(), "friction",
           "every coefficient is 0: one row a contact, not three");
@@ -160,9 +160,9 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     leave(!solids, "CHOLMOD", "no solid body");
     leave(solids && !direct, "CHOLMOD", "no factor is made");
     leave(direct, "PETSc, MPI",
-          !solids                  ? "no solid body"
-          : linear.asked == "auto" ? "solids are solved by factors, " + linear.why
-                                   : "factors are asked for");
+          !solids                      ? "no solid body"
+          : linear.requested == "auto" ? "solids are solved by factors, " + linear.why
+                                       : "factors are requested");
     leave(true, "CGAL", "nothing is to be meshed");
     leave(beams,
           scene.beams.size() > 1

@@ -48,7 +48,9 @@ std::string plan_json(const Plan& plan)
     const LinearPlan& linear = plan.linear;
     if (!linear.paths.empty()) {
         json.member("available_memory", linear.available).key("linear").open('{');
-        json.member("asked", linear.asked).member("taken", linear.taken).member("why", linear.why);
+        json.member("asked", linear.requested)
+            .member("taken", linear.taken)
+            .member("why", linear.why);
         json.member("refusal", linear.refusal).key("paths").open('[');
         for (const LinearPath& p : linear.paths)
             json.open('{')

@@ -85,7 +85,7 @@ public:
 
     /// One accepted step, retries of a shorter one included. The first of all is step 0, the state
     /// that the run begins from (unless the state was restored). A step that fails or is
-    /// interrupted leaves the state of the last accepted one, and can be asked for again.
+    /// interrupted leaves the state of the last accepted one, and can be repeated.
     /// @param stop        examined between steps, and in long ones
     /// @param not_beyond  the step ends there at the latest [s], exactly there if it comes near.
     /// Where

@@ -50,12 +50,12 @@ SharedScene change_scene(const SceneText& from, const std::vector<std::string>& 
 std::string check_scene(const SceneText& scene);
 
 /// A step's record with the names of its bodies: never changed, shared by all views of it.
-struct Told {
+struct ReportedStep {
     /// The step.
     StepRecord step;
     std::shared_ptr<const std::vector<std::string>> bodies; ///< names by number
 };
-using Record = std::shared_ptr<const Told>;
+using Record = std::shared_ptr<const ReportedStep>;
 
 /// A record as bytes, stored beside a simulation's state, so that the last record is available
 /// after a restore.
@@ -70,6 +70,7 @@ public:
     SteppedScene(SharedScene scene, const SimulationOptions& options);
 
     /// As Simulation::step; what it reported is record(), and the result has no record.
+    /// @param not_beyond  latest end [s]
     StepResult step(const std::atomic<bool>& stop,
                     double not_beyond = std::numeric_limits<double>::infinity());
     /// @param until  where advance() is to end [s]: finite, within what is left of the scene

@@ -3,7 +3,7 @@
 // at every tick, against those of operators made at 100 and at 25 Hz, by the distance from the pose
 // they were made for: |F_haptic - F_full| / max(|F_full|, 0.1 N). F_full is that of a full
 // simulation that continues from where the operator was made (what the reduction misses), or that
-// was stepped at every tick from the start (and what steps of a period miss, too: slip remembers
+// was stepped at every tick from the start (and what steps of a period miss, too: slip depends on the history
 // them).
 //
 //   build/release/bin/haptic_truth examples/hapco/hexa.json [depth [m]]

@@ -104,7 +104,7 @@ TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth and slides
 }
 
 TEST_CASE(
-    "a rigid handle whose pairs are written as a wildcard meets what stands still with their law")
+    "a rigid handle whose pairs are written as a wildcard touches what stands still with their law")
 {
     // By itself "*" leaves out pairs of what is driven and what stands still.
     std::string every = kBall, both = kBall, own = kPlate;

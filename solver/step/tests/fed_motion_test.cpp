@@ -11,7 +11,7 @@ using namespace amontons;
 
 namespace {
 
-// Nothing meets it, but with it in the scene instruments are rods.
+// Nothing touches it, but with it in the scene instruments are rods.
 constexpr const char* kFarBody = R"("far": {"kind": "rigid", "shape": {"generate": "ball",
     "radius": 0.001}, "mass": 1, "start": {"place": [5, 5, 5]}, "drive": {"x": 0, "y": 0, "z": 0}},)";
 constexpr double kDensity = 8000, kRadius = 4e-4;
@@ -175,8 +175,9 @@ TEST_CASE("a falling wire that comes out moves to second order of the step" *
     }
 }
 
-TEST_CASE("a wire whose tip is moved as it comes out moves as a rod as it does alone" *
-          doctest::test_suite("slow"))
+TEST_CASE(
+    "a wire whose tip is moved as it leaves the sheath has the same motion as a rod and alone" *
+    doctest::test_suite("slow"))
 {
     // Both by implicit Euler; the one has masses at its nodes and none in half of the element that
     // comes out, the other that of its cubic line: their kinetic energies differ by an element.

@@ -235,7 +235,7 @@ TEST_CASE("what worst_overlap leaves out is listed, and a run that continues war
     CHECK(small.summary.not_measured.size() == 1);
 }
 
-TEST_CASE("what lies inside of a body altogether is found at the start")
+TEST_CASE("a body entirely inside another one is found at the start")
 {
     for (const std::string kind : {"T4", "T10", "H8"}) {
         const std::string outer =
@@ -317,10 +317,10 @@ TEST_CASE("a fine ball on a coarse block presses it, and the contact that is sma
         const double force = -r.value("ball_on_blk_force_z");
         CHECK(force > 0.85 * fine);
         CHECK(r.summary.worst_overlap.depth < 0.0025);
-        bool told = false;
+        bool reported = false;
         for (const std::string& w : r.summary.warnings)
-            told = told || w.find("smaller than a face") != w.npos;
-        CHECK(told == (cells == 4));
+            reported = reported || w.find("smaller than a face") != w.npos;
+        CHECK(reported == (cells == 4));
     }
 }
 

@@ -349,7 +349,7 @@ TEST_CASE("rods that are joined keep momentum, and angular momentum to second or
         int k = 0;
         for (const double step : {2.5e-4, 1.25e-4}) {
             const Result r = done(scene(rule, step));
-            // Once the load and what the rule remembers of it are lost.
+            // Once the load and the rule's history of it have vanished.
             const std::size_t from = std::size_t(std::lround(0.02 / step));
             const Vec3 p = r.vector("momentum", from), L = r.vector("angular_momentum", from);
             error[k] = 0;

@@ -189,7 +189,7 @@ TEST_CASE("a wall under a wire's forces is where a solid alone is under the same
     }
 }
 
-TEST_CASE("a hyperelastic vessel does not know how the scene is turned" *
+TEST_CASE("a hyperelastic vessel does not depend on how the scene is turned" *
           doctest::test_suite("slow"))
 {
     Scene scene = hyperelastic_scene(0.4e6, 0.1, 0.06);

@@ -1,4 +1,4 @@
-// How a view looks.
+// Appearance of a view.
 
 export type Mode = "normal" | "wire" | "transparent" | "xray";
 
@@ -9,7 +9,7 @@ export const kModes: [Mode, string][] = [
   ["xray", "X-ray"],
 ];
 
-export interface BodyLook {
+export interface BodyAppearance {
   shown: boolean;
   mode: Mode | "";
 }
@@ -27,9 +27,9 @@ export interface Cut {
   flip: boolean;
 }
 
-export interface Look {
+export interface Appearance {
   mode: Mode;
-  bodies: Map<string, BodyLook>;
+  bodies: Map<string, BodyAppearance>;
   field: string; // "" for plain
   arrows: Arrows;
   range: [number, number] | null; // of the field; null: of what is seen

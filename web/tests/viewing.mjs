@@ -1,4 +1,4 @@
-// Ways to look: two views, a cut, distances, arrows, X-ray, film.
+// Views: two of them, a cut, distances, arrows, X-ray, film.
 
 import { execFileSync } from "node:child_process";
 import { existsSync, readFileSync, writeFileSync } from "node:fs";
@@ -63,13 +63,13 @@ await test("a cutting plane shows the inside full, from either side", async () =
   await page.getByRole("combobox", { name: "Cutting plane" }).selectOption({ label: "none" });
 }, here);
 
-await test("a distance is measured by the mouse and by keys, and goes with the bodies", async () => {
+await test("a distance is measured by the mouse and by keys, and moves with the bodies", async () => {
   await button(page, "View from -y").click();
   await button(page, "Fit the view").click();
   await page.getByText("Distances", { exact: true }).click();
   await page.getByRole("checkbox", { name: "Measure a distance" }).check();
   const box = await page.getByRole("img", { name: "View of the scene" }).boundingBox();
-  const told = page.getByLabel("Measured distance");
+  const readout = page.getByLabel("Measured distance");
   const at = async (x, y) => page.mouse.click(box.x + x * box.width, box.y + y * box.height);
   await at(0.35, 0.75);
   await at(0.65, 0.75);
@@ -79,11 +79,11 @@ await test("a distance is measured by the mouse and by keys, and goes with the b
   });
   const expected = (0.3 * box.width) / metre;
   const read = async () => {
-    const text = await told.textContent();
+    const text = await readout.textContent();
     const [, number, unit] = /^([\d.]+) (\S+) \(/.exec(text) ?? assert.fail(text);
     return Number(number) * { mm: 1e-3, µm: 1e-6, m: 1 }[unit];
   };
-  assert.ok(Math.abs((await read()) - expected) < 0.02 * expected, `${await told.textContent()}, not ${expected}`);
+  assert.ok(Math.abs((await read()) - expected) < 0.02 * expected, `${await readout.textContent()}, not ${expected}`);
   await picture(page, "studio_distance", page.getByRole("main"));
   await page.getByRole("img", { name: "View of the scene" }).focus();
   for (let i = 0; i < 6; ++i) await page.keyboard.press("Shift+ArrowDown"); // from the tool to the bed
@@ -91,7 +91,7 @@ await test("a distance is measured by the mouse and by keys, and goes with the b
   for (let i = 0; i < 10; ++i) await page.keyboard.press("Shift+ArrowRight");
   await page.keyboard.press("Enter");
   const keys = 200 / metre;
-  assert.ok(Math.abs((await read()) - keys) < 0.02 * keys, `${await told.textContent()}, not ${keys}`);
+  assert.ok(Math.abs((await read()) - keys) < 0.02 * keys, `${await readout.textContent()}, not ${keys}`);
   await page.getByRole("checkbox", { name: "Measure a distance" }).uncheck();
 }, here);
 
@@ -114,12 +114,12 @@ await test("arrows are of the whole force or a part, on either body, joined or n
   await page.getByRole("checkbox", { name: "On the other body" }).uncheck();
 }, here);
 
-await test("a film leaves the page that a browser plays", async () => {
+await test("the page exports a film that a browser plays", async () => {
   const path = await download(page, "Export a film", 180);
   const bytes = readFileSync(path);
   assert.deepEqual([...bytes.subarray(0, 4)], [0x1a, 0x45, 0xdf, 0xa3]);
   const count = await page.evaluate(() => studio.live.moments.length);
-  const player = await context.newPage(); // the page itself lets no film in
+  const player = await context.newPage(); // the page itself permits no film
   const played = await player.evaluate(async (base64) => {
     const video = document.createElement("video");
     video.muted = true;
@@ -212,5 +212,5 @@ print(json.dumps([np.abs(here - there).mean(), int((there < 195).sum()), way_thr
   await wire.close();
 }, here);
 
-await test("nothing went wrong on the way", async () => assert.deepEqual(page.problems, []));
+await test("no problem was logged", async () => assert.deepEqual(page.problems, []));
 await browser.close();

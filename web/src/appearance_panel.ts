@@ -1,10 +1,10 @@
-// Bodies, modes, colours, arrows, the cutting plane: how what is shown looks.
+// Bodies, modes, colours, arrows, the cutting plane: the appearance of a view.
 
 import { el, labelled, select } from "./dom";
 import type { Instant } from "./frames";
 import { app } from "./state";
-import { kModes, type Arrows, type Cut, type Look, type Mode } from "./look";
-import { arrangeViews, look, restyle, secondLook, views } from "./timeline";
+import { kModes, type Arrows, type Cut, type Appearance, type Mode } from "./appearance";
+import { arrangeViews, appearance, restyle, secondAppearance, views } from "./timeline";
 import { kPresets } from "./view";
 import { pace } from "./running";
 import { shortNumber } from "./colours";
@@ -15,9 +15,9 @@ const secondChoosers = el("div");
 let listed = "";
 
 function bodyRow(name: string): HTMLElement {
-  const mine = look.bodies.get(name) ?? { shown: true, mode: "" as const };
-  look.bodies.set(name, mine);
-  secondLook.bodies.set(name, mine); // a body that is left out is so in both
+  const mine = appearance.bodies.get(name) ?? { shown: true, mode: "" as const };
+  appearance.bodies.set(name, mine);
+  secondAppearance.bodies.set(name, mine); // a body that is left out is so in both
   const box = el("input", {
     type: "checkbox",
     checked: mine.shown,
@@ -46,7 +46,7 @@ function bodyRow(name: string): HTMLElement {
 
 const kStress = "von Mises stress";
 
-function colourChoice(label: string, of: Look, fields: string[]): HTMLElement {
+function colourChoice(label: string, of: Appearance, fields: string[]): HTMLElement {
   if (!fields.includes(of.field)) of.field = fields.includes(kStress) ? kStress : "";
   return select(label, [["", "nothing"], ...fields.map((f) => [f, f] as [string, string])], of.field, (v) => {
     of.field = v;
@@ -61,22 +61,22 @@ export function listBodies(instant: Instant) {
   if (key === listed) return;
   listed = key;
   bodyList.replaceChildren(...instant.bodies.map((b) => bodyRow(b.name)));
-  fieldChooser.replaceChildren(colourChoice("Colour by", look, fields));
+  fieldChooser.replaceChildren(colourChoice("Colour by", appearance, fields));
   secondChoosers.replaceChildren(
     labelled(
       "Mode",
-      select("Mode of the second view", kModes as [string, string][], secondLook.mode, (v) => {
-        secondLook.mode = v as Mode;
+      select("Mode of the second view", kModes as [string, string][], secondAppearance.mode, (v) => {
+        secondAppearance.mode = v as Mode;
         restyle();
       }),
     ),
-    labelled("Colour", colourChoice("Colour of the second view", secondLook, fields)),
+    labelled("Colour", colourChoice("Colour of the second view", secondAppearance, fields)),
   );
 }
 
-export function forgetBodies() {
-  look.bodies.clear();
-  secondLook.bodies.clear();
+export function clearBodies() {
+  appearance.bodies.clear();
+  secondAppearance.bodies.clear();
   listed = "";
 }
 
@@ -93,9 +93,9 @@ function modeChoices(): HTMLElement {
           type: "radio",
           name: "mode",
           id: "mode-" + mode,
-          checked: look.mode === mode,
+          checked: appearance.mode === mode,
           onchange: () => {
-            look.mode = mode;
+            appearance.mode = mode;
             xrayControls.hidden = mode !== "xray";
             restyle();
           },
@@ -150,7 +150,7 @@ function check(text: string, checked: boolean, change: (on: boolean) => void): H
 
 function arrowControls(): HTMLElement {
   const change = (more: Partial<Arrows>) => {
-    for (const l of [look, secondLook]) Object.assign(l.arrows, more);
+    for (const l of [appearance, secondAppearance]) Object.assign(l.arrows, more);
     restyle();
   };
   return el(
@@ -173,16 +173,16 @@ function arrowControls(): HTMLElement {
 }
 
 function cutControls(): HTMLElement {
-  const told = el("output", { "aria-label": "Place of the cutting plane" });
+  const readout = el("output", { "aria-label": "Place of the cutting plane" });
   let above = false; // what lies there is kept
   let other = false;
   const slider = el("input", { type: "range", min: 0, max: 1, step: 0.005, value: 0.5, disabled: true, "aria-label": "Cutting plane along the axis" });
   const change = (more: Partial<Cut>) => {
-    for (const l of [look, secondLook]) Object.assign(l.cut, more);
-    slider.disabled = look.cut.axis === "";
+    for (const l of [appearance, secondAppearance]) Object.assign(l.cut, more);
+    slider.disabled = appearance.cut.axis === "";
     restyle();
     const at = views[0].cutPlace();
-    told.textContent = at === null ? "" : `${look.cut.axis} = ${shortNumber(at)} m`;
+    readout.textContent = at === null ? "" : `${appearance.cut.axis} = ${shortNumber(at)} m`;
   };
   slider.addEventListener("input", () => change({ share: Number(slider.value) }));
   return el(
@@ -204,7 +204,7 @@ function cutControls(): HTMLElement {
       },
     ),
     slider,
-    told,
+    readout,
     check("Keep the other side", false, (on) => {
       other = on;
       change({ flip: above !== other });
@@ -230,7 +230,7 @@ function viewChoice(main: HTMLElement): HTMLElement {
   return el("div", {}, chooser, mine);
 }
 
-export function lookPanel(main: HTMLElement): HTMLElement {
+export function appearancePanel(main: HTMLElement): HTMLElement {
   return el(
     "aside",
     { class: "left", "aria-label": "Bodies and view" },
@@ -246,7 +246,7 @@ export function lookPanel(main: HTMLElement): HTMLElement {
       button(
         "Hold range",
         () => {
-          look.range = views[0].seenRange();
+          appearance.range = views[0].seenRange();
           restyle();
         },
         "Hold the range of colours",
@@ -254,7 +254,7 @@ export function lookPanel(main: HTMLElement): HTMLElement {
       button(
         "Free",
         () => {
-          look.range = null;
+          appearance.range = null;
           restyle();
         },
         "Free the range of colours",
