@@ -69,7 +69,8 @@ void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double sca
     Vec3 moment = Vec3::Zero();
     double weight = 1;
     if (at.nodes.empty()) {
-        moment = (at.point - now_.position).cross(direction);
+        const bool of_start = step_.dynamic && !at.half_way; // as of rigid bodies
+        moment = (at.point - (of_start ? state_ : now_).position).cross(direction);
     } else {
         weight = 0;
         for (const StencilEntry& e : at.nodes) {

@@ -160,7 +160,8 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
             const double start = m.segment_start[k];
             const double share = (std::min(b, start + g.length) - std::max(a, start)) / (b - a);
             if (!(share > 0)) continue;
-            const double area = kPi * g.radius * g.radius, inertia = area * g.radius * g.radius / 4;
+            const double r2 = g.radius * g.radius, bore2 = g.inner_radius * g.inner_radius,
+                         area = kPi * (r2 - bore2), inertia = area * (r2 + bore2) / 4;
             mass.per_length += share * g.density * area;
             mass.spin += 2 * share * g.density * inertia;
             mass.bend += share * g.density * inertia;

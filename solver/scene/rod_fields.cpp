@@ -276,6 +276,14 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
             return std::any_of(c.begin(), c.end(), [](const auto& p) { return p[1] != 0; });
         };
         const std::string here = fmt::format("{}/hold/{}", place, i);
+        if (h.at && *h.at > 0)
+            findings.add({here + "/at", place + "/fed"},
+                         fmt::format("a hold at {:.4g} m, which is in the sheath when {:.4g} m are "
+                                     "out of it",
+                                     *h.at, least),
+                         fmt::format("more than {:.4g} [m], or the \"start\": the sheath holds "
+                                     "what is in it",
+                                     length - least));
         const Vec3 out = !b.shape.points.empty() ? b.shape.points[1].at - b.shape.points[0].at
                                                  : b.shape.direction;
         const bool about = h.axis.cross(out).norm() <= kAlong * h.axis.norm() * out.norm();

@@ -33,6 +33,8 @@ std::array<Side, 2> sides_of(const Contacts& k, int c)
     const CouplingRow& row = k.joints[std::size_t(c - contacts)];
     s[0] = {joint.a.body, row.place_a(joint), 1};
     s[1] = {joint.b.body, row.place_b(joint), -1};
+    for (Side& side : s) // of the iterate: contacts stay where the step found them
+        side.place.half_way = true;
     return s;
 }
 

@@ -374,6 +374,15 @@ bool BodyStepper::faulty()
             append_lost_ellipticity();
             return true;
         }
+    for (const Coupling& c : system_.couplings) // drives that a caller sets are known here only
+        for (const auto& side : {c.a, c.b}) {
+            if (side.body < 0 || side.node < 0) continue;
+            const BodyRef& b = system_.refs[std::size_t(side.body)];
+            if (!b.rod || !b.rod->in_sheath({side.node, 0})) continue;
+            report_.refusal = fmt::format("the place of coupling {} on {} comes into its sheath",
+                                          c.input, b.name);
+            return true;
+        }
     return false;
 }
 

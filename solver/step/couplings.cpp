@@ -252,9 +252,10 @@ int node_of_rod(const Scene& scene, std::size_t k, const char* field, const Body
     }
     if (rod.starts_in_sheath(near.node))
         return refuse(
-            fmt::format("a place of \"{}\" that its sheath holds, {:.4g} m from its start",
-                        body.name, near.s),
-            "a place of the rod that is out of its sheath");
+            fmt::format("a place of \"{}\" that its sheath holds at some time, {:.4g} m from its "
+                        "start and {:.4g} m from its tip",
+                        body.name, near.s, rod.model().length - near.s),
+            "a place of the rod that stays out of its sheath, by half an element");
     return near.node;
 }
 
