@@ -1,4 +1,3 @@
-#include "bindings/python/aside.hpp"
 #include "bindings/python/stepper.hpp"
 
 #include <algorithm>
@@ -18,7 +17,7 @@ using BatchMask = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
 enum class Moved : std::int8_t { moved = 0, at_end = 1, failed = 2 };
 
-class Batch {
+class Batch : public std::enable_shared_from_this<Batch> {
 public:
     /// With the GIL; the simulations are of one user: this.
     Batch(std::vector<std::shared_ptr<Stepper>> members, int threads)
@@ -48,17 +47,15 @@ public:
     /// Each of those that are chosen continues by so many seconds. Without the GIL.
     std::vector<Moved> advance(double seconds, const std::vector<char>& chosen)
     {
-        std::vector<Moved> all(members_.size(), Moved::moved);
-        std::atomic<bool> stop{false};
-        const std::exception_ptr raised = run_aside(
-            [&] {
-                for_each([&](std::size_t i) {
-                    if (chosen[i]) all[i] = move(i, seconds, stop);
-                });
-            },
-            stop);
-        if (raised) std::rethrow_exception(raised);
-        return all;
+        const auto all = std::make_shared<std::vector<Moved>>(members_.size(), Moved::moved);
+        const auto stop = std::make_shared<std::atomic<bool>>(false);
+        const auto work = [self = shared_from_this(), all, stop, seconds, chosen] {
+            self->for_each([&](std::size_t i) {
+                if (chosen[i]) (*all)[i] = self->move(i, seconds, *stop);
+            });
+        };
+        wait_for(Aside::start(work, stop), members_);
+        return *all;
     }
 
     /// Calls `work` for each member, shared out to the threads.
@@ -258,7 +255,7 @@ void get_inputs(Batch& b, py::array_t<double, py::array::c_style> out)
 
 void add_batch(py::module_& module)
 {
-    py::class_<Batch>(module, "Batch", py::module_local())
+    py::class_<Batch, std::shared_ptr<Batch>>(module, "Batch", py::module_local())
         .def(py::init<std::vector<std::shared_ptr<Stepper>>, int>())
         .def("advance", advance_batch)
         .def("quantity", quantity)

@@ -117,8 +117,10 @@ void add_bodies(py::module_& module)
     });
     module.def("body", [](const std::shared_ptr<Stepper>& s, const std::string& name) {
         const Stepper::Use use(*s, Stepper::Purpose::read);
+        const auto body = std::make_shared<SharedBody>();
         const py::gil_scoped_release free;
-        return body_of(s, name);
+        wait_for(Aside::start([s, body, name] { *body = body_of(s, name); }, s->stop()), {&s, 1});
+        return *body;
     });
 }
 

@@ -80,7 +80,9 @@ Owner fork(const Owner& s)
 {
     const Stepper::Use use(*s, Read);
     const py::gil_scoped_release free;
-    return s->fork();
+    const auto made = std::make_shared<Owner>();
+    wait_for(Aside::start([s, made] { *made = s->fork(); }, s->stop()), {&s, 1});
+    return *made;
 }
 
 } // namespace
@@ -95,7 +97,7 @@ void add_simulation(py::module_& module)
             SimulationOptions options;
             options.threads = threads;
             options.cache = std::move(cache);
-            return std::make_shared<Stepper>(scene, options);
+            return done_aside([scene, options] { return std::make_shared<Stepper>(scene, options); });
         }))
         .def(py::init(&fork))
         .def("step", step, py::arg("count") = 1)
@@ -155,9 +157,7 @@ void add_simulation(py::module_& module)
              })
         .def("close",
              [](const Owner& s) {
-                 if (s->closed()) return;
-                 const Stepper::Use use(*s, Change);
-                 s->close();
+                 if (!s->closed()) s->close();
              })
         .def_property_readonly("closed", [](const Owner& s) { return s->closed(); });
 }

@@ -359,13 +359,12 @@ WallModel make_vessel(const VesselOptions& o)
     }
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
     const auto [mesh, count] = triangles_of(stubs, edge);
-    // From where nearest points of the wall are searched for: what joins there does no harm.
-    const Late<SurfaceMesh> seeds =
-        o.resolution > 0 ? Late<SurfaceMesh>{[stubs, fine] { return make_triangles(*stubs, fine); }}
-                         : mesh;
-
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds);
+    // The triangles that are shown, or where others are asked for, some that nobody sees.
+    VesselShape whole = vessel_shape(o, roots, extension);
+    auto source = o.resolution > 0
+                      ? std::make_unique<VesselDistance>(std::move(whole), stubs->low, fine)
+                      : std::make_unique<VesselDistance>(std::move(whole), mesh);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
     Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
     axes.col(2) = o.axis.normalized();

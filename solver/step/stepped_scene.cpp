@@ -130,13 +130,18 @@ RunSummary SteppedScene::conclude()
     return simulation_->conclude(last);
 }
 
-void SteppedScene::change(const std::vector<std::string>& overrides)
+SteppedScene SteppedScene::changed(const std::vector<std::string>& overrides) const
 {
     SteppedScene next(change_scene(*scene_, overrides), options_);
     next.simulation_->take_over(*simulation_);
-    next.record_ = std::move(record_);
-    next.last_ = std::move(last_);
-    *this = std::move(next);
+    next.record_ = record_;
+    next.last_ = last_;
+    return next;
+}
+
+void SteppedScene::change(const std::vector<std::string>& overrides)
+{
+    *this = changed(overrides);
 }
 
 std::string SteppedScene::save() const

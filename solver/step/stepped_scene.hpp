@@ -99,6 +99,8 @@ public:
     /// Changes fields of the scene and continues from the present state.
     /// @throws InputError  if the state does not fit the changed scene; nothing is changed
     void change(const std::vector<std::string>& overrides);
+    /// The changed scene in the present state; this one stays as it is. @throws InputError  as change
+    SteppedScene changed(const std::vector<std::string>& overrides) const;
     /// Everything, with the last record, for a bit-identical continuation.
     std::string save() const;
     /// @throws InputError  not of this scene; nothing is changed

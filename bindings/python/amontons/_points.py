@@ -32,6 +32,18 @@ sys.exit(code)
 """
 
 
+def start(command, **options):
+    """A Popen that Ctrl-C reaches by this process alone: interrupt() hands it on, once."""
+    return subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, **options)
+
+
+def interrupt(process):
+    """Asks the program to end; where it does not at once, it ends by itself."""
+    process.send_signal(signal.SIGINT)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(0.03)
+
+
 def _answer(arguments, is_freed):
     """Exit code, stdout and stderr of a point, as `amontons run --json` has them."""
     values = {"--set": []}
@@ -84,7 +96,7 @@ def run_study(command):
         with open(client, "w", encoding="utf-8") as stream:
             stream.write(_CLIENT.format(python=shlex.quote(sys.executable), path=shlex.quote(path)))
         os.chmod(client, 0o700)
-        process = subprocess.Popen([*command, "--run-by", client], stdin=subprocess.DEVNULL, stdout=out, stderr=err)
+        process = start([*command, "--run-by", client], stdout=out, stderr=err)
         try:
             while process.poll() is None:
                 with contextlib.suppress(TimeoutError):
@@ -92,8 +104,7 @@ def run_study(command):
                     connection.settimeout(None)
                     _serve(connection)
         except BaseException:
-            process.send_signal(signal.SIGINT)
-            process.wait()
+            interrupt(process)
             raise
         out.seek(0)
         err.seek(0)

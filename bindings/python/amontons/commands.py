@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _native
 from ._arguments import refuse, to_json
-from ._points import run_study
+from ._points import interrupt, run_study, start
 from .errors import InputError, ModuleMissing, SolveFailed
 from .scene import Scene
 
@@ -30,8 +30,13 @@ def _program(arguments, may_fail=(), by_functions=False):
     if by_functions:
         code, output, errors = run_study(command)
     else:
-        result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-        code, output, errors = result.returncode, result.stdout, result.stderr
+        process = start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            output, errors = process.communicate()
+        except BaseException:
+            interrupt(process)
+            raise
+        code = process.returncode
     last = (errors.strip().splitlines() or [""])[-1]
     if code == 2:
         error = InputError(last.removeprefix("error: "))

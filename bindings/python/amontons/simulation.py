@@ -250,9 +250,14 @@ class Simulation(_native.Stepper):
             name = os.path.splitext(collection)[0]
             picture = os.path.join(output, f"{name}.png")
             environment = dict(os.environ, AMONTONS_MODULES=os.path.dirname(_native.find_module("vtk")))
-            result = subprocess.run([program, "render", output, "--output", picture, "--quiet"], env=environment,
-                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            if result.returncode == 0:
+            process = subprocess.Popen([program, "render", output, "--output", picture, "--quiet"], env=environment,
+                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                code = process.wait()
+            except BaseException:
+                process.kill()
+                raise
+            if code == 0:
                 drawn.append(os.path.basename(picture))
         if drawn:
             files.add(drawn)
