@@ -237,6 +237,16 @@ void CondensedSolid::begin(const StepInput& step)
     place_touching(now_);
 }
 
+void CondensedSolid::begin_at(std::span<const Vec3> touching)
+{
+    const Eigen::VectorXd u = parts_at_touching(amount_now_);
+    for (const std::int32_t k : free_touching_) {
+        const auto node = std::size_t(k / 3);
+        now_.u[3 * touching_[node] + k % 3] = touching.empty() ? u[k] : touching[node][k % 3];
+    }
+    place_touching(now_);
+}
+
 void CondensedSolid::linearise()
 {
     if (frame_kind() == Frame::floating)

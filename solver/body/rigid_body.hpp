@@ -46,6 +46,8 @@ public:
     bool spread() const { return input_.shape.points > 0; }
     /// True if a drive prescribes its motion.
     bool driven() const { return input_.drive.given; }
+    /// True if drive_to() has led it.
+    bool led() const { return driven_to_.has_value(); }
     /// Curves that a caller may set between steps: its drive, the factor on its force and torque.
     std::vector<LiveCurve> live_curves();
     /// The start, as the scene gives it.

@@ -126,7 +126,17 @@ public:
         /// A place at rest X in space, as the frame moves it [m].
         Vec3 place(const Vec3& X) const { return frame * (X + shift); }
     };
-    Unstrained unstrained() const;                                    ///< of the iterate
+    Unstrained unstrained() const; ///< of the iterate
+    /// True if its places are a function of what is prescribed, of its loads and of the contact
+    /// forces alone.
+    virtual bool independent_of_path() const { return false; }
+    /// Displacements of the touching nodes at the iterate, for begin_at() [m].
+    std::vector<Vec3> at_touching() const;
+    /// After begin(), of a body that is independent_of_path(): the iterate has these displacements
+    /// where nothing is prescribed, in place of those of the state; none: those without contact.
+    virtual void begin_at(std::span<const Vec3> /*touching*/) {}
+    /// True if drive_to() has led it.
+    bool led() const { return driven_to_.has_value(); }
     Vec3 moved_from_first(std::span<const StencilEntry> nodes) const; ///< the iterate [m]
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }

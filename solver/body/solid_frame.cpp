@@ -93,6 +93,14 @@ double SolidBody::prescribed_motion(double from, double to) const
            a.turn.angularDistance(b.turn) * 2 * size_;
 }
 
+std::vector<Vec3> SolidBody::at_touching() const
+{
+    std::vector<Vec3> u;
+    for (const std::int32_t node : touching_)
+        u.push_back(now_.u.segment<3>(3 * node));
+    return u;
+}
+
 SolidBody::Unstrained SolidBody::unstrained() const
 {
     Unstrained whole{now_.frame, Vec3::Zero()};

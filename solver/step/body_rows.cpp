@@ -226,11 +226,15 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
         const double left =
             ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
-        if (pair.restitution > 0) {
-            // Newton's law where the surfaces would touch within the step.
+        // What overlaps at the start is separated before time 0, where nothing strikes.
+        if (pair.restitution > 0 && step.start >= 0) {
+            // Newton's law where the surfaces would touch within the step, in Moreau's form: what
+            // separates already may approach by as much times the coefficient. If it were kept from
+            // that, an impact beside it would lift all that lies on it at the same velocity, and
+            // generate energy (Moreau 1988, section 9).
             // Else they have no row: the law of gaps would anticipate a part of the impact.
             const bool closes = left + 0.5 * step.h * approach <= 0;
-            all[c][0] = closes ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
+            all[c][0] = closes ? now + pair.restitution * approach : size / lever;
         }
     }
 }

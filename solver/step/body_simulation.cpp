@@ -67,6 +67,7 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     input.load = share;
     BodyStepOptions settings = step_options();
     settings.may_lag = !relaxed && h <= kLagBelow * scene.time.step;
+    settings.of_scene = !relaxed && !inputs.some_live();
     last = relaxed ? relax_rods(*system, input, settings) : try_body_step(*system, input, settings);
     add_seconds();
     if (!last.accepted) return false;

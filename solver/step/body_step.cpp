@@ -402,8 +402,12 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         spread_ |= b.rigid && b.rigid->spread();
     system_.finder.begin_step(system_.refs);
-    force_ = system_.warm;
-    sticks_ = system_.warm_sticks;
+    if (from_) {
+        begin_at_places();
+    } else {
+        force_ = system_.warm;
+        sticks_ = system_.warm_sticks;
+    }
 
     // ---- Start: contacts of motion, first iterate
     if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
@@ -512,6 +516,8 @@ bool BodyStepper::run()
         }
     }
 
+    if (part_) return report_.error <= report_.threshold;
+
     // ---- Refusal and its reason
     if (!(report_.error <= report_.threshold)) {
         report_.refusal = fmt::format("certificate {:.1e}", report_.error) + why_no_forces();
@@ -587,8 +593,10 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
     std::optional<BodyStepper> tried;
-    system.finder.begin_rows(step.dynamic);
     try {
+        if (!step.dynamic && options.of_scene && step_from_rest(system, step, own, report))
+            return report;
+        system.finder.begin_rows(step.dynamic);
         for (int i = 0; i < kMostTries; ++i) {
             const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
             report = {};

@@ -83,6 +83,8 @@ struct BodyStepOptions {
     /// Where contacts jump, an equilibrium with those of the last iteration is accepted: see
     /// body_lag.cpp.
     bool may_lag = false;
+    /// All that is prescribed is what the scene prescribes, from its start on.
+    bool of_scene = false;
     bool explain = true; ///< find the reason where a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;

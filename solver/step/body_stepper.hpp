@@ -27,8 +27,20 @@ public:
         rods_.guarded = guarded;
     }
 
+    /// Displacements at touching nodes, of each body: of an iterate from which a step begins.
+    using Places = std::vector<std::vector<Vec3>>;
+
     /// Makes the step. @returns  true if it is accepted
     bool run();
+    /// The step begins from these places in place of the state's, and without known forces.
+    /// @param part  it ends with an iterate, of which nothing is accepted
+    void begin_from(Places places, bool part)
+    {
+        from_ = std::move(places);
+        part_ = part;
+    }
+    /// The places of the last iterate, for begin_from().
+    Places places() const;
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// True if the step has to be tried again, with rows that this try has added.
@@ -165,6 +177,10 @@ private:
     const BodyStepOptions& options_;
     BodyStepReport& report_;
 
+    void begin_at_places();
+
+    std::optional<Places> from_;
+    bool part_ = false;
     void find_at_start();
     void note_friction_before();
     double friction_of_departed() const;
@@ -270,5 +286,11 @@ private:
     Eigen::MatrixXd coupled_B_;       ///< modes of all bodies in all rows, where some hang
     Eigen::MatrixXd elastic_W_;       ///< W of these rows without modes
 };
+
+/// A step whose end does not depend on the path to it, from bodies without contact on
+/// (body_rest.cpp).
+/// @return  false if it is not such a step, or was not accepted
+bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                    BodyStepReport& report);
 
 } // namespace amontons

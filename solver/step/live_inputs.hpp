@@ -4,6 +4,8 @@
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/simulation.hpp"
 
+#include <algorithm>
+
 namespace amontons {
 
 /// Curves of a scene that a caller prescribes step by step: each becomes the line from its present
@@ -17,6 +19,11 @@ public:
 
     /// All inputs, by number.
     const std::vector<InputInfo>& all() const { return info_; }
+    /// True if a caller has set one.
+    bool some_live() const
+    {
+        return std::ranges::any_of(input_, [](const Input& i) { return i.live || i.waiting; });
+    }
     /// Value at a time, in the unit of the input. @throws InputError  no such input
     double value(std::size_t number, double time) const;
     /// Sets a value from a time on. @throws InputError  no such input, or a value out of its range
