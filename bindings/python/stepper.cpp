@@ -6,8 +6,8 @@
 namespace amontons::python {
 namespace {
 
-constexpr double kPollPeriod = 0.05; // s between searches for signals
-constexpr double kShort = 0.02;      // s; what is done sooner is not worth a thread
+constexpr double kSignalPeriod = 0.05; // s between searches for signals
+constexpr double kShort = 0.02;        // s; what is done sooner is not worth a thread
 
 double seconds_now()
 {
@@ -73,7 +73,7 @@ void Stepper::close()
     if (busy_.exchange(true)) throw_runtime("this simulation is in use by another thread");
     if (running_) {
         busy_ = false;
-        throw_runtime("this simulation is in run(): its callback can look and save, not close it");
+        throw_runtime("this simulation is in run(): its callback can read and save, not close it");
     }
     closing_ = true;
     const std::shared_ptr<Aside> call = left();
@@ -97,7 +97,7 @@ void wait_for(const std::shared_ptr<Aside>& call, std::span<const std::shared_pt
 void Stepper::check_signals()
 {
     const double now = seconds_now();
-    if (now - polled_ < kPollPeriod) return;
+    if (now - polled_ < kSignalPeriod) return;
     polled_ = now;
     const py::gil_scoped_acquire hold;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();
@@ -143,8 +143,9 @@ void Stepper::change(const std::vector<std::string>& overrides)
 {
     const std::shared_ptr<Stepper> self = shared_from_this();
     const auto next = std::make_shared<std::optional<SteppedScene>>();
-    wait_for(Aside::start([self, next, overrides] { next->emplace(self->changed(overrides)); }, stop_),
-             {&self, 1});
+    wait_for(
+        Aside::start([self, next, overrides] { next->emplace(self->changed(overrides)); }, stop_),
+        {&self, 1});
     SteppedScene::operator=(std::move(**next));
 }
 

@@ -360,7 +360,7 @@ WallModel make_vessel(const VesselOptions& o)
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
     const auto [mesh, count] = triangles_of(stubs, edge);
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    // The triangles that are shown, or where others are asked for, some that nobody sees.
+    // The triangles that are shown, or where others are requested, some for searches alone.
     VesselShape whole = vessel_shape(o, roots, extension);
     auto source = o.resolution > 0
                       ? std::make_unique<VesselDistance>(std::move(whole), stubs->low, fine)

@@ -24,8 +24,8 @@ public:
 
     /// What was found before: makes the next search fast.
     struct Near {
-        BrickKey cube{0, 0, 0};
-        std::int32_t triangle = -1;
+        BrickKey cube{0, 0, 0};     ///< of the grid of cubes
+        std::int32_t triangle = -1; ///< of that cube; -1: none
     };
     /// The triangle nearest to x, or one farther by `slack` of the distance.
     /// @param reach  about the distance of the wall [m]

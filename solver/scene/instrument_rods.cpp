@@ -120,12 +120,12 @@ bool instruments_are_rods(const Scene& scene)
     if (!scene.rigids.empty() || !scene.rods.empty() || !scene.couplings.empty()) return true;
     const auto is_tube = [](const SolidInput& b) { return b.mesh.generate == "tube"; };
     if (!std::ranges::all_of(scene.solids, is_tube)) return true;
-    const bool meet = std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
+    const bool touching = std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
         const BeamInput* const a = body_named(scene.beams, law.between[0]);
         const BeamInput* const b = body_named(scene.beams, law.between[1]);
         return a && b && (a == b || !share_introducer(*a, *b));
     });
-    return meet || has_weight(scene);
+    return touching || has_weight(scene);
 }
 
 void check_instrument_rods(const Scene& scene, Findings& findings)

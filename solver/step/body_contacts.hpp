@@ -295,7 +295,7 @@ public:
     /// search distance: the largest of all pairs that may come near within it; 0 where none moves
     /// farther than its search distance (ratio). Of quasi-static steps; rods are left out.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
-    /// The same wherever the bodies are.
+    /// The same wherever the bodies are (ratio).
     double prescribed_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
     /// Bodies that have passed through each other between the start of the step and the iterate,

@@ -38,7 +38,7 @@ def start(command, **options):
 
 
 def interrupt(process):
-    """Asks the program to end; where it does not at once, it ends by itself."""
+    """Stops the program; where it does not end at once, it is not waited for."""
     process.send_signal(signal.SIGINT)
     with contextlib.suppress(subprocess.TimeoutExpired):
         process.wait(0.03)

@@ -52,22 +52,22 @@ SCENES = {
 
 
 class Press(threading.Thread):
-    """Ctrl-C after a time from go() on."""
+    """Ctrl-C after a time from begin() on."""
 
     def __init__(self, after):
         super().__init__()
         self.at = None
-        self._after, self._go, self._over = after, threading.Event(), threading.Event()
+        self._after, self._begun, self._over = after, threading.Event(), threading.Event()
         self.start()
 
     def run(self):
-        self._go.wait()
+        self._begun.wait()
         if not self._over.wait(self._after):
             self.at = time.perf_counter()
             os.kill(os.getpid(), signal.SIGINT)
 
-    def go(self):
-        self._go.set()
+    def begin(self):
+        self._begun.set()
 
     def end(self):
         self._over.set()
@@ -78,7 +78,7 @@ def interrupted(work, after):
     """Seconds from Ctrl-C to KeyboardInterrupt, or None where the work had ended before."""
     press = Press(after)
     try:
-        press.go()
+        press.begin()
         work()
         press.end()
         time.sleep(0.02)  # it came with the end

@@ -154,7 +154,7 @@ TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth and slides
     CHECK(w.link.report().error <= w.link.report().threshold);
 }
 
-TEST_CASE("a hand that presses a ball on a clamped rod feels 192 EI / L^3, and a wire beside it")
+TEST_CASE("the force on a hand that presses a ball on a clamped rod is that of 192 EI / L^3, of a wire too")
 {
     const double own = 192 * 1e-3 / std::pow(0.1, 3); // [N/m]
     for (const bool moving : {false, true}) {

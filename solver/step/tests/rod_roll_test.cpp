@@ -10,7 +10,7 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kRadius = 1e-3, kLength = 0.1, kDensity = 8000;
+constexpr double kRodRadius = 1e-3, kLength = 0.1, kRodDensity = 8000;
 constexpr const char* kRules[] = {R"("theta": 1)", R"("theta": 0.5)",
                                   R"("rule": "generalised_alpha", "spectral_radius": 0.5)"};
 
@@ -25,11 +25,11 @@ std::string on_plane(const Vec3& gravity, double v, double friction, double step
             "direction": [0, 1, 0]}}, "velocity": [{}, 0, 0]}}}},
         "contact": [{{"between": ["rod", "floor"], "friction": {}}}],
         "time": {{"kind": "dynamic", "step": {}, "end": {}, {}}}, "accuracy": {{"contact": 1e-10}})",
-                       gravity.x(), gravity.z(), kFloor, kLength, kRadius, kDensity, -0.5 * kLength,
-                       kRadius, v, friction, step, end, rule);
+                       gravity.x(), gravity.z(), kFloor, kLength, kRodRadius, kRodDensity,
+                       -0.5 * kLength, kRodRadius, v, friction, step, end, rule);
 }
 
-const double kMass = kDensity * std::numbers::pi * kRadius * kRadius * kLength;
+const double kRodMass = kRodDensity * std::numbers::pi * kRodRadius * kRodRadius * kLength;
 
 } // namespace
 
@@ -41,11 +41,11 @@ TEST_CASE("a rod thrown along a plane slides until it rolls, at two thirds of it
             CAPTURE(rule);
             CAPTURE(step);
             const Result r = done(on_plane({0, 0, -kGravity}, v, friction, step, end, rule));
-            CHECK(r.value("momentum_x") == doctest::Approx(kMass * v * 2 / 3).epsilon(2e-3));
-            CHECK(r.value("rod_end_z") == doctest::Approx(kRadius).epsilon(1e-3));
+            CHECK(r.value("momentum_x") == doctest::Approx(kRodMass * v * 2 / 3).epsilon(2e-3));
+            CHECK(r.value("rod_end_z") == doctest::Approx(kRodRadius).epsilon(1e-3));
             // What friction took: a third of the kinetic energy.
-            CHECK(r.summary.energy.friction == doctest::Approx(kMass * v * v / 6).epsilon(0.02));
-            CHECK(std::abs(r.summary.energy.error()) < 0.02 * kMass * v * v);
+            CHECK(r.summary.energy.friction == doctest::Approx(kRodMass * v * v / 6).epsilon(0.02));
+            CHECK(std::abs(r.summary.energy.error()) < 0.02 * kRodMass * v * v);
         }
 }
 
@@ -59,7 +59,7 @@ TEST_CASE("a rod rolls down a slope with two thirds of the weight along it")
             CAPTURE(step);
             const Result r = done(on_plane(gravity, 0, 0.5, step, end, rule));
             CHECK(r.value("momentum_x") ==
-                  doctest::Approx(kMass * 2 / 3 * gravity.x() * end).epsilon(2e-3));
-            CHECK(r.value("rod_end_z") == doctest::Approx(kRadius).epsilon(1e-3));
+                  doctest::Approx(kRodMass * 2 / 3 * gravity.x() * end).epsilon(2e-3));
+            CHECK(r.value("rod_end_z") == doctest::Approx(kRodRadius).epsilon(1e-3));
         }
 }
