@@ -79,7 +79,7 @@ class Batch:
         """
         if not isinstance(self.inputs, np.ndarray) or self.inputs.shape != self._sent.shape or self.inputs.dtype != np.float64:
             found = getattr(self.inputs, "dtype", type(self.inputs).__name__)
-            refuse("inputs", f"shape {np.shape(self.inputs)} of {found}", f"{self._told.shape} of doubles")
+            refuse("inputs", f"shape {np.shape(self.inputs)} of {found}", f"{self._sent.shape} of doubles")
         self._native.set_inputs(self.inputs, self._sent, where)
         kept = None if where is None else ~np.asarray(where, dtype=bool)
         waiting = self.inputs[kept] if kept is not None else None
