@@ -14,6 +14,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostParts = 8; // a longer way is followed by the scene's own steps
+constexpr int kFinest = 4;    // times as many, where fewer find no equilibrium
 
 /// Whether the end of a step is a function of what is prescribed and of loads.
 bool is_independent_of_path(const BodySystem& system)
@@ -64,37 +65,50 @@ void BodyStepper::begin_at_places()
             solid->begin_at(from_->empty() ? std::vector<Vec3>() : (*from_)[b]);
 }
 
-bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
-                    BodyStepReport& report)
+namespace {
+
+/// The step in so many parts of the way from the start.
+bool step_in_parts(BodySystem& system, const StepInput& step, int parts,
+                   const BodyStepOptions& options, BodyStepReport& report)
 {
-    if (!is_independent_of_path(system)) return false;
-    const int parts = parts_from_start(system, step.end());
-    if (parts == 0) return false;
     BodyStepper::Places places;
-    BodyStepReport before;
+    BodyStepper::Forces forces;
     for (int k = 1; k <= parts; ++k) {
         StepInput input = step;
         if (k < parts) {
             input.start = step.end() * k / parts;
             input.h = 0;
         }
-        report = {};
+        BodyStepReport own;
         system.finder.begin_rows(false);
-        BodyStepper stepper(system, input, options, report);
-        stepper.begin_from(std::move(places), k < parts);
-        report.accepted = stepper.run();
-        report.iterations += before.iterations;
-        report.factorisations += before.factorisations;
-        report.free_motion += before.free_motion;
-        report.detection += before.detection;
-        report.compliance += before.compliance;
-        report.contact_solve += before.contact_solve;
-        report.correction += before.correction;
+        BodyStepper stepper(system, input, options, own);
+        stepper.begin_from(std::move(places), std::move(forces), k < parts);
+        own.accepted = stepper.run();
+        own.iterations += report.iterations;
+        own.factorisations += report.factorisations;
+        own.free_motion += report.free_motion;
+        own.detection += report.detection;
+        own.compliance += report.compliance;
+        own.contact_solve += report.contact_solve;
+        own.correction += report.correction;
+        report = std::move(own);
         if (!report.accepted) return false;
-        before = report;
         places = stepper.places();
+        forces = stepper.forces();
     }
     return true;
+}
+
+} // namespace
+
+bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                    BodyStepReport& report)
+{
+    if (!is_independent_of_path(system)) return false;
+    const int parts = parts_from_start(system, step.end());
+    for (int finer = 1; parts > 0 && finer <= kFinest; finer *= 2)
+        if (step_in_parts(system, step, finer * parts, options, report)) return true;
+    return false;
 }
 
 } // namespace amontons

@@ -32,15 +32,19 @@ public:
 
     /// Makes the step. @returns  true if it is accepted
     bool run();
-    /// The step begins from these places in place of the state's, and without known forces.
+    using Forces = std::map<BodySystem::Key, Vec3>;
+
+    /// The step begins from these places and forces in place of the state's.
     /// @param part  it ends with an iterate, of which nothing is accepted
-    void begin_from(Places places, bool part)
+    void begin_from(Places places, Forces forces, bool part)
     {
         from_ = std::move(places);
+        force_ = std::move(forces);
         part_ = part;
     }
-    /// The places of the last iterate, for begin_from().
+    /// Places and forces of the last iterate, for begin_from().
     Places places() const;
+    const Forces& forces() const { return force_; }
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// True if the step has to be tried again, with rows that this try has added.
