@@ -13,8 +13,8 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostParts = 8; // a longer way is followed by the scene's own steps
-constexpr int kFinest = 4;    // times as many, where fewer find no equilibrium
+constexpr int kMostParts = 8;  // a longer way is followed by the scene's own steps
+constexpr int kFinerParts = 4; // times as many, where fewer find no equilibrium
 
 /// Whether the end of a step is a function of what is prescribed and of loads.
 bool is_independent_of_path(const BodySystem& system)
@@ -106,7 +106,7 @@ bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOpt
 {
     if (!is_independent_of_path(system)) return false;
     const int parts = parts_from_start(system, step.end());
-    for (int finer = 1; parts > 0 && finer <= kFinest; finer *= 2)
+    for (int finer = 1; parts > 0 && finer <= kFinerParts; finer *= 2)
         if (step_in_parts(system, step, finer * parts, options, report)) return true;
     return false;
 }

@@ -22,6 +22,10 @@ constexpr int kPatienceFactor = 2; // times the iterations, for steps that are n
 // Iterations that do not halve the error before bodies are stabilised, and before the true tangent
 // is tried again; how often this may alternate in a step.
 constexpr int kTrueTangentPatience = 3, kStabilisedPatience = 5, kMostTurns = 9;
+// Steps from rest have nothing in common with other steps, frames and units but their end: they
+// go on to this share of the tolerance, within so many iterations.
+constexpr double kEndFromRest = 0.01;
+constexpr int kMostBeyond = 4;
 
 } // namespace
 
@@ -431,7 +435,7 @@ bool BodyStepper::run()
     const bool geometry =
         !step_.dynamic && (!system_.finder.all_small() || !system_.couplings.empty());
     double least = std::numeric_limits<double>::infinity();
-    int most = options_.most_iterations;
+    int most = options_.most_iterations, beyond = 0;
     for (int i = 0, halved = 0, turns = 0; i < most; ++i) {
         if (options_.stop && *options_.stop) {
             report_.refusal = "interrupted";
@@ -445,6 +449,9 @@ bool BodyStepper::run()
         if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
             const bool rests = sliding_reversed(), upright = leave_upright();
             if (!rests && !upright && !adds_rows()) {
+                if (from_ && !part_ && geometry && !frozen_ && ++beyond <= kMostBeyond &&
+                    report_.error > kEndFromRest * report_.threshold)
+                    continue;
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
                                               "their forces",
