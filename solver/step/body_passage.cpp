@@ -23,6 +23,26 @@ double longest_motion(const SolidBody& solid)
     return std::sqrt(squared);
 }
 
+/// Whether the middle of a convex body has been in an obstacle on its way through the step: then
+/// the body passes through it, or is on the wrong side of it.
+bool middle_enters(const RigidBody& body, const std::function<WallSample(const Vec3&)>& distance)
+{
+    constexpr int kMost = 1000; // samples; with the shortest way between two, they are enough
+    if (std::holds_alternative<TriangleShape>(body.shape())) return false;
+    const Vec3 from = body.start_placement().shift, way = body.placement().shift - from;
+    const AxisBox box = axis_box(body.shape(), {});
+    const double length = way.norm();
+    if (!(length > 0.5 * (box.high - box.low).minCoeff())) return false;
+    if (distance(from).distance < 0) return false; // it begins there, and may come out
+    double at = 0;
+    for (int i = 0; i < kMost && at <= length; ++i) {
+        const double free = distance(from + at / length * way).distance;
+        if (free < 0) return true;
+        at += std::max(free, length / kMost);
+    }
+    return false;
+}
+
 } // namespace
 
 bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
@@ -81,8 +101,11 @@ std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
     motion_.assign(bodies.size(), -1);
     for (std::size_t k = 0; k < given_; ++k) {
         const ContactPair& p = pairs_[k];
+        const BodyRef& a = bodies[std::size_t(p.a)];
         if (!p.small &&
-            (bodies[std::size_t(p.a)].rod ? rod_passed(bodies, p) : p.b >= 0 && passed(bodies, p)))
+            (a.rod      ? rod_passed(bodies, p)
+             : p.b >= 0 ? passed(bodies, p)
+                        : a.rigid && middle_enters(*a.rigid, distance_from_obstacle(p))))
             return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
                                p.b < 0      ? "an obstacle"
                                : p.b == p.a ? "itself"

@@ -6,16 +6,31 @@
 // are led, without friction. Contacts at corners and edges appear and disappear as faces turn, and
 // rows at deep places are added by what an iterate shows: on the geometry at the end of a step
 // there may be several equilibria, and the iteration comes to one or another from the end of the
-// step before. So it begins from the bodies without contact, whatever the steps before were; where
-// what is prescribed has moved farther than contacts are searched for, in equal parts of the time
-// since the start.
+// step before. Where such contacts act, the step is made again from the bodies without contact,
+// whatever the steps before were; where what is prescribed has moved farther than contacts are
+// searched for, in equal parts of the time since the start.
 
 namespace amontons {
 namespace {
 
-constexpr int kMostParts = 8; // a longer way is followed by the scene's own steps
+constexpr int kMostParts = 8;  // a longer way is followed by the scene's own steps
+constexpr int kFinerParts = 4; // times as many, where fewer find no equilibrium
 
-/// Whether the end of a step is a function of what is prescribed and of loads.
+/// In how many parts of the time contacts are found all the way from the start; 0: too many.
+int parts_from_start(BodySystem& system, double end)
+{
+    for (int parts = 1; parts <= kMostParts; ++parts) {
+        double most = 0;
+        for (int k = 0; k < parts; ++k)
+            most = std::max(most, system.finder.prescribed_over_reach(system.refs, end * k / parts,
+                                                                      end * (k + 1) / parts));
+        if (most <= 1) return parts;
+    }
+    return 0;
+}
+
+} // namespace
+
 bool is_independent_of_path(const BodySystem& system)
 {
     const ContactFinder& finder = system.finder;
@@ -34,20 +49,17 @@ bool is_independent_of_path(const BodySystem& system)
     });
 }
 
-/// In how many parts of the time contacts are found all the way from the start; 0: too many.
-int parts_from_start(BodySystem& system, double end)
+/// Some force acts at a corner, an edge or a deep place, or contacts were kept that are not found:
+/// which of them there are is known from the iterations alone.
+bool BodyStepper::depends_on_path() const
 {
-    for (int parts = 1; parts <= kMostParts; ++parts) {
-        double most = 0;
-        for (int k = 0; k < parts; ++k)
-            most = std::max(most, system.finder.prescribed_over_reach(system.refs, end * k / parts,
-                                                                      end * (k + 1) / parts));
-        if (most <= 1) return parts;
-    }
-    return 0;
+    if (frozen_ || rounds_ > 0 || !stays_.empty()) return true;
+    return std::ranges::any_of(list_.contact, [&](const BodyContact& c) {
+        if (c.area > 0) return false;
+        const auto acting = force_.find({c.pair, c.id});
+        return acting != force_.end() && !acting->second.isZero(0);
+    });
 }
-
-} // namespace
 
 BodyStepper::Places BodyStepper::places() const
 {
@@ -64,37 +76,49 @@ void BodyStepper::begin_at_places()
             solid->begin_at(from_->empty() ? std::vector<Vec3>() : (*from_)[b]);
 }
 
-bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
-                    BodyStepReport& report)
+namespace {
+
+/// The step in so many parts of the way from the start.
+bool step_in_parts(BodySystem& system, const StepInput& step, int parts,
+                   const BodyStepOptions& options, BodyStepReport& report)
 {
-    if (!is_independent_of_path(system)) return false;
-    const int parts = parts_from_start(system, step.end());
-    if (parts == 0) return false;
     BodyStepper::Places places;
-    BodyStepReport before;
+    BodyStepper::Forces forces;
     for (int k = 1; k <= parts; ++k) {
         StepInput input = step;
         if (k < parts) {
             input.start = step.end() * k / parts;
             input.h = 0;
         }
-        report = {};
+        BodyStepReport own;
         system.finder.begin_rows(false);
-        BodyStepper stepper(system, input, options, report);
-        stepper.begin_from(std::move(places), k < parts);
-        report.accepted = stepper.run();
-        report.iterations += before.iterations;
-        report.factorisations += before.factorisations;
-        report.free_motion += before.free_motion;
-        report.detection += before.detection;
-        report.compliance += before.compliance;
-        report.contact_solve += before.contact_solve;
-        report.correction += before.correction;
+        BodyStepper stepper(system, input, options, own);
+        stepper.begin_from(std::move(places), std::move(forces), k < parts);
+        own.accepted = stepper.run();
+        own.iterations += report.iterations;
+        own.factorisations += report.factorisations;
+        own.free_motion += report.free_motion;
+        own.detection += report.detection;
+        own.compliance += report.compliance;
+        own.contact_solve += report.contact_solve;
+        own.correction += report.correction;
+        report = std::move(own);
         if (!report.accepted) return false;
-        before = report;
         places = stepper.places();
+        forces = stepper.forces();
     }
     return true;
+}
+
+} // namespace
+
+bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                    BodyStepReport& report)
+{
+    const int parts = parts_from_start(system, step.end());
+    for (int finer = 1; parts > 0 && finer <= kFinerParts; finer *= 2)
+        if (step_in_parts(system, step, finer * parts, options, report)) return true;
+    return false;
 }
 
 } // namespace amontons

@@ -22,6 +22,10 @@ constexpr int kPatienceFactor = 2; // times the iterations, for steps that are n
 // Iterations that do not halve the error before bodies are stabilised, and before the true tangent
 // is tried again; how often this may alternate in a step.
 constexpr int kTrueTangentPatience = 3, kStabilisedPatience = 5, kMostTurns = 9;
+// Steps from rest have nothing in common with other steps, frames and units but their end: they
+// are iterated to this share of the tolerance, within so many iterations.
+constexpr double kEndFromRest = 0.01;
+constexpr int kMostBeyond = 4;
 
 } // namespace
 
@@ -442,7 +446,7 @@ bool BodyStepper::run()
     const bool geometry =
         !step_.dynamic && (!system_.finder.all_small() || !system_.couplings.empty());
     double least = std::numeric_limits<double>::infinity();
-    int most = options_.most_iterations;
+    int most = options_.most_iterations, beyond = 0;
     for (int i = 0, halved = 0, turns = 0; i < most; ++i) {
         if (options_.stop && *options_.stop) {
             report_.refusal = "interrupted";
@@ -456,6 +460,9 @@ bool BodyStepper::run()
         if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
             const bool at_rest = sliding_reversed(), unstabilised = leave_unstable_balance();
             if (!at_rest && !unstabilised && !adds_rows()) {
+                if (from_ && !part_ && geometry && !frozen_ && ++beyond <= kMostBeyond &&
+                    report_.error > kEndFromRest * report_.threshold)
+                    continue;
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
                                               "their forces",
@@ -517,6 +524,10 @@ bool BodyStepper::run()
     }
 
     if (part_) return report_.error <= report_.threshold;
+    if (refuse_path_ && depends_on_path()) {
+        report_.refusal = "contacts that may depend on the path";
+        return false;
+    }
 
     // ---- Refusal and its reason
     if (!(report_.error <= report_.threshold)) {
@@ -594,8 +605,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
     std::optional<BodyStepper> tried;
     try {
-        if (!step.dynamic && options.of_scene && step_from_rest(system, step, own, report))
-            return report;
+        const bool of_end = !step.dynamic && options.of_scene && is_independent_of_path(system);
         system.finder.begin_rows(step.dynamic);
         for (int i = 0; i < kMostTries; ++i) {
             const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
@@ -606,7 +616,15 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
             if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
             tried.emplace(system, step, own, report);
             tried->take_contacts(at_start);
+            if (of_end) tried->refuse_path();
             report.accepted = tried->run();
+            if (of_end && !report.accepted && !(options.stop && *options.stop)) {
+                if (step_from_rest(system, step, own, report)) return report;
+                system.finder.begin_rows(false);
+                report = {};
+                tried.emplace(system, step, own, report);
+                report.accepted = tried->run();
+            }
             if (!tried->again()) break;
         }
     } catch (const LinearFault& fault) {

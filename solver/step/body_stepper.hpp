@@ -32,15 +32,21 @@ public:
 
     /// Makes the step. @returns  true if it is accepted
     bool run();
-    /// The step begins from these places in place of the state's, and without known forces.
+    using Forces = std::map<BodySystem::Key, Vec3>;
+
+    /// The step begins from these places and forces in place of the state's.
     /// @param part  it ends with an iterate, of which nothing is accepted
-    void begin_from(Places places, bool part)
+    void begin_from(Places places, Forces forces, bool part)
     {
         from_ = std::move(places);
+        force_ = std::move(forces);
         part_ = part;
     }
-    /// The places of the last iterate, for begin_from().
+    /// The step is refused where its contacts may depend on the path to its end.
+    void refuse_path() { refuse_path_ = true; }
+    /// Places and forces of the last iterate, for begin_from().
     Places places() const;
+    const Forces& forces() const { return force_; }
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// True if the step has to be tried again, with rows that this try has added.
@@ -178,9 +184,11 @@ private:
     BodyStepReport& report_;
 
     void begin_at_places();
+    bool depends_on_path() const;
 
     std::optional<Places> from_;
-    bool part_ = false;
+    bool refuse_path_ = false; ///< see refuse_path()
+    bool part_ = false, refuse_path_ = false; ///< see begin_from(), refuse_path()
     void find_at_start();
     void note_friction_before();
     double friction_of_departed() const;
@@ -287,9 +295,10 @@ private:
     Eigen::MatrixXd elastic_W_;       ///< W of these rows without modes
 };
 
-/// A step whose end does not depend on the path to it, from bodies without contact on
-/// (body_rest.cpp).
-/// @return  false if it is not such a step, or was not accepted
+/// True if the end of a step at rest is a function of what is prescribed and of loads.
+bool is_independent_of_path(const BodySystem& system);
+/// Such a step, from bodies without contact on (body_rest.cpp).
+/// @return  false if it was not accepted
 bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
                     BodyStepReport& report);
 

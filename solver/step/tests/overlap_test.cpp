@@ -173,6 +173,23 @@ TEST_CASE("bodies that overlap at the start are separated at rest, whatever thei
     CHECK(std::abs(r.value("ball_velocity_z")) < 1e-9);
 }
 
+TEST_CASE("a ball that is struck in a long step does not pass through a thin bar")
+{
+    const Result r = run(
+        R"("bodies": {
+            "light": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.0006518}, "mass": 0.011,
+                      "start": {"place": [0, 0, 0.0019088]}},
+            "heavy": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.00367}, "mass": 39,
+                      "start": {"place": [0, 0, 0.0068487], "velocity": [0, 0, -3.5]}},
+            "bar": {"kind": "obstacle", "surface": {"generate": "cylinder", "centre": [0, 0, -0.000455],
+                    "axis": [0, 1, 0], "radius": 0.000455}}},
+        "contact": [{"between": ["*", "*"], "restitution": 1}],
+        "time": {"kind": "dynamic", "step": 0.001062, "end": 0.01062})");
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(r.value("light_z") > 0);
+    CHECK(r.value("heavy_z") > r.value("light_z"));
+}
+
 TEST_CASE("a light ball between a floor and a heavy one that comes down gains no energy")
 {
     // It strikes both within a step, and still moves away from one of them.
