@@ -187,7 +187,6 @@ private:
     bool depends_on_path() const;
 
     std::optional<Places> from_;
-    bool refuse_path_ = false; ///< see refuse_path()
     bool part_ = false, refuse_path_ = false; ///< see begin_from(), refuse_path()
     void find_at_start();
     void note_friction_before();
