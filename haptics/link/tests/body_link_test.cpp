@@ -58,7 +58,7 @@ const char* const kBar = R"({
             "hold": [{"set": "start"}, {"set": "end"}]},
     "wire": {"kind": "beam", "segments": [{"length": 0.1, "radius": 2e-4, "EI": 1e-3, "element": 5e-3,
                                            "density": 1000}],
-             "introducer": {"at": [0.05, 0, 0.0105], "direction": [-1, 0, 0]},
+             "introducer": {"at": [0.05, 0, 0.0106], "direction": [-1, 0, 0]},
              "drive": {"insertion": [[0, 0.03], [10, 0.03]]}},
     "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01}, "mass": 0.01,
              "start": {"place": [0, 0, 0.0106]}}
@@ -186,10 +186,10 @@ TEST_CASE("a hand presses a ball on a clamped rod by 192 EI / L^3, and on a wire
         deeper.position.z() -= 2e-5;
         CHECK(loop.tick(deeper, 1e-3).wrench.force.z() ==
               test::relative(k * own / (k + own) * 1.2e-4).epsilon(0.01));
-        // Towards the wire's tip it is pushed back.
+        // Towards the tip of the wire, which is round and ends 0.2 mm beyond what is out.
         for (int i = 1; i <= 21; ++i)
             REQUIRE(w.link.step(at(w.link.start(), {5e-4 * i, 0, 0})));
-        CHECK(w.link.held().force().force.x() == test::relative(-k * 5e-4).epsilon(0.02));
+        CHECK(w.link.held().force().force.x() == test::relative(-k * 7e-4).epsilon(0.01));
     }
 }
 
