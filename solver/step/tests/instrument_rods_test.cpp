@@ -92,19 +92,19 @@ TEST_CASE("a wire pushes a free box with what its friction holds, in any number 
 
 TEST_CASE("a wire with a density sinks by its weight, alone and beside a body that is far away")
 {
-    // A cantilever under its own weight: w L^4 / (8 EI) at its end.
-    const double length = 0.06, radius = 4e-4, density = 8000, EI = 5e-4;
-    const double weight = density * std::numbers::pi * radius * radius * kGravity;
+    // A hollow cantilever under its own weight: w L^4 / (8 EI) at its end.
+    const double length = 0.06, radius = 4e-4, bore = 3e-4, density = 8000, EI = 5e-4;
+    const double weight = density * std::numbers::pi * (radius * radius - bore * bore) * kGravity;
     const std::string far = R"("ball": {"kind": "rigid", "shape": {"generate": "ball",
         "radius": 0.01}, "start": {"place": [5, 5, 5]}, "drive": {"x": 0, "y": 0, "z": 0}},)";
     std::vector<double> sunk;
     for (const std::string& beside : {std::string(), far}) {
         const Result r = done(fmt::format(R"("gravity": [0, 0, -9.81], "bodies": {{{}
-            "wire": {{"kind": "beam", "segments": [{{"length": 0.2, "radius": {}, "EI": {},
-                "element": 2.5e-3, "density": {}}}], "introducer": {{"direction": [1, 0, 0]}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.2, "radius": {}, "inner_radius": {},
+                "EI": {}, "element": 2.5e-3, "density": {}}}], "introducer": {{"direction": [1, 0, 0]}},
                 "drive": {{"insertion": [[0, 0.05], [1, {}]]}}}}}},
             "time": {{"step": 0.1, "end": 1}})",
-                                          beside, radius, EI, density, length));
+                                          beside, radius, bore, EI, density, length));
         CHECK(r.summary.uncertified_steps == 0);
         sunk.push_back(r.value("wire_tip_z"));
     }
