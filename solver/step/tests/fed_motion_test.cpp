@@ -1,3 +1,4 @@
+#include "mesh/tests/relative.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <algorithm>
@@ -8,6 +9,7 @@
 // Rods that come out of a sheath, in motion: what comes out brings its velocity along.
 
 using namespace amontons;
+using test::relative;
 
 namespace {
 
@@ -79,7 +81,7 @@ TEST_CASE("a fed wire that nothing moves in is a rod that is clamped at its leng
         REQUIRE(fed.records.size() == clamped.records.size());
         for (const std::size_t i : {std::size_t(5), std::size_t(20), std::size_t(40)})
             CHECK(fed.value("wire_tip_z", i) ==
-                  doctest::Approx(clamped.value("wire_end_z", i)).epsilon(1e-6));
+                  relative(clamped.value("wire_end_z", i)).epsilon(1e-5));
         CHECK(std::abs(fed.value("wire_tip_z")) > 1e-4);
     }
 }
@@ -111,13 +113,13 @@ TEST_CASE(
             const double push = r.value("wire_push_force", last),
                          before = r.value("wire_push_force", last - 1);
             if (euler)
-                CHECK(push == doctest::Approx(kLineMass * a * out_at(T)).epsilon(1e-6));
+                CHECK(push == relative(kLineMass * a * out_at(T)).epsilon(1e-6));
             else // [regression] the bound
                 CHECK(0.5 * (push + before) ==
-                      doctest::Approx(kLineMass * a * out_at(T - h)).epsilon(0.03));
+                      relative(kLineMass * a * out_at(T - h)).epsilon(steps > 20 ? 0.03 : 0.06));
             // Its kinetic energy is what the drive has given it, inside and out. [regression] 0.05
             const double speed = a * T, out = out_at(T);
-            CHECK(r.summary.energy.kinetic == doctest::Approx(0.5 * kLineMass * out * speed * speed)
+            CHECK(r.summary.energy.kinetic == relative(0.5 * kLineMass * out * speed * speed)
                                                   .epsilon(euler ? 1.1 * h / T : 0.05));
             CHECK(std::abs(r.summary.energy.error()) <
                   1e-3 * std::abs(r.summary.energy.work_absolute));
@@ -143,8 +145,8 @@ TEST_CASE("a straight wire that is fed at constant speed needs no push: no momen
                 CHECK(std::abs(r.value("wire_push_force", i)) < 1e-6 * kLineMass);
             const double start = 0.5 * kLineMass * std::abs(r.value("wire_depth", 0)), // 1 m/s
                 end = 0.5 * kLineMass * std::abs(r.value("wire_depth"));
-            CHECK(r.summary.energy.kinetic == doctest::Approx(end).epsilon(1e-6));
-            CHECK(r.summary.energy.work == doctest::Approx(end - start).epsilon(1e-6));
+            CHECK(r.summary.energy.kinetic == relative(end).epsilon(1e-6));
+            CHECK(r.summary.energy.work == relative(end - start).epsilon(1e-6));
             CHECK(std::abs(r.summary.energy.error()) < 1e-6 * end);
         }
 }
@@ -196,12 +198,11 @@ TEST_CASE(
                     other, kRadius, element, kDensity, 0.02 / steps));
             };
             const Result rod = moved(kFarBody), wire = moved("");
-            CHECK(rod.value("wire_push_force") ==
-                  doctest::Approx(wire.value("push_force")).epsilon(1e-3));
+            CHECK(rod.value("wire_push_force") == relative(wire.value("push_force")).epsilon(1e-3));
             CHECK(rod.summary.energy.elastic ==
-                  doctest::Approx(wire.summary.energy.elastic).epsilon(3e-5));
+                  relative(wire.summary.energy.elastic).epsilon(3e-5));
             CHECK(rod.summary.energy.kinetic ==
-                  doctest::Approx(wire.summary.energy.kinetic).epsilon(10 * element));
+                  relative(wire.summary.energy.kinetic).epsilon(10 * element));
             CHECK(std::abs(rod.summary.energy.error()) < 1e-3 * rod.summary.energy.work_absolute);
         }
 }
@@ -214,7 +215,7 @@ TEST_CASE("a wire that is drawn in whole and comes out again keeps its energy ba
     f.fed = "[[0, 0.03], [0.15, 0], [0.2, 0], [0.4, 0.04]]";
     f.rule = R"("rule": "generalised_alpha", "spectral_radius": 0.3)";
     const Result r = done(f.scene());
-    CHECK(r.value("wire_depth") == doctest::Approx(0.04).epsilon(1e-6));
+    CHECK(r.value("wire_depth") == relative(0.04).epsilon(1e-6));
     CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work_absolute);
 }
 
@@ -246,8 +247,8 @@ TEST_CASE("a wire that pushes a free box at constant acceleration: m a + mu m g"
         // Of other rules than implicit Euler the mean over two steps: see above.
         for (const std::size_t i : {std::size_t(20), std::size_t(60), r.records.size() - 1})
             CHECK(0.5 * (r.value("wire_push_force", i) + r.value("wire_push_force", i - 1)) ==
-                  doctest::Approx(push).epsilon(5e-3));
-        CHECK(r.value("body_velocity_x") == doctest::Approx(a * T).epsilon(0.02));
+                  relative(push).epsilon(5e-3));
+        CHECK(r.value("body_velocity_x") == relative(a * T).epsilon(0.02));
         CHECK(r.summary.uncertified_steps == 0);
     }
 }
@@ -270,10 +271,9 @@ TEST_CASE("a box that a wire pushes at constant speed stays upright, however lon
             "time": {{"kind": "dynamic", "step": {}, "end": 0.5}})",
                                           kFloor, mass, 0.015 + speed, friction, step));
         CHECK(std::abs(r.value("body_turn_y")) < 1e-3);
-        CHECK(r.value("body_z") == doctest::Approx(0.002).epsilon(1e-3));
-        CHECK(r.value("body_velocity_x") == doctest::Approx(speed).epsilon(1e-3));
-        CHECK(r.value("wire_push_force") ==
-              doctest::Approx(friction * mass * kGravity).epsilon(5e-3));
+        CHECK(r.value("body_z") == relative(0.002).epsilon(1e-3));
+        CHECK(r.value("body_velocity_x") == relative(speed).epsilon(1e-3));
+        CHECK(r.value("wire_push_force") == relative(friction * mass * kGravity).epsilon(5e-3));
     }
 }
 
@@ -302,5 +302,5 @@ TEST_CASE("two wires that come out side by side strike the wall of a bend and co
     CHECK(r.summary.energy.friction > 0);
     CHECK(r.summary.energy.kinetic < 1e-3 * r.summary.energy.elastic);
     for (const char* name : {"w0_depth", "w1_depth"})
-        CHECK(r.value(name) == doctest::Approx(0.045).epsilon(1e-3));
+        CHECK(r.value(name) == relative(0.045).epsilon(1e-3));
 }
