@@ -219,6 +219,7 @@ bool BodyStepper::sliding_reversed()
 void BodyStepper::follow_contacts()
 {
     followed_.clear();
+    if (!system_.has_rods()) return;
     std::set<BodySystem::Key> now;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         now.insert(key(c));
