@@ -40,8 +40,12 @@ void BodyStepper::linearise()
     mode_load_.clear();
     set_contact_forces(!rods_only_);
     pass_fixed_contact_forces();
+    // Of linear solids in motion the try before has left what the first iterate asks for.
+    const bool known = repeats_ && free_at_start_ && linearised_ == 0 && step_.dynamic;
+    ++linearised_;
     for (std::size_t b = 0; b < bodies(); ++b) {
-        body(b).linearise();
+        const SolidBody* solid = system_.refs[b].solid;
+        if (!known || !solid || solid->nonlinear() || solid->iterative()) body(b).linearise();
         free_.push_back(body(b).free_change());
         mode_load_.push_back(body(b).modes().cols() > 0 ? body(b).mode_load() : Eigen::VectorXd());
     }
@@ -385,6 +389,34 @@ void BodyStepper::append_lost_ellipticity()
             report_.refusal += "; " + b.name + ": " + soft;
 }
 
+/// @param before  ended with again()
+void BodyStepper::repeat(BodyStepper& before)
+{
+    repeats_ = true;
+    free_at_start_ = before.linearised_ == 1;
+    at_start_ = std::move(before.at_start_);
+    found_before_ = std::move(before.force_);
+    for (int c = 0; c < int(before.list_.contact.size()); ++c)
+        found_before_.try_emplace(before.key(c), Vec3::Zero());
+}
+
+/// The contacts that acted in the step before are in the problem, with the forces of the try that
+/// is repeated, and so are rows that it did not have.
+void BodyStepper::begin_from_repeated()
+{
+    for (auto& [key, force] : force_)
+        force.setZero();
+    for (int c = 0; c < int(list_.contact.size()); ++c) {
+        const auto known = found_before_.find(key(c));
+        if (known == found_before_.end())
+            force_.try_emplace(key(c), Vec3::Zero());
+        else if (!known->second.isZero(0))
+            force_[key(c)] = known->second;
+    }
+    for (const auto& [key, force] : found_before_) // joints
+        if (key.pair < 0) force_[key] = force;
+}
+
 bool BodyStepper::run()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -417,6 +449,7 @@ bool BodyStepper::run()
     }
     find();
     expect_motion();
+    if (repeats_) begin_from_repeated();
     rods_only_ = rods_alone() && (!system_.finder.pairs().empty() || !system_.couplings.empty());
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
@@ -575,18 +608,18 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         system.refs, [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
-    std::optional<BodyStepper> tried;
+    std::unique_ptr<BodyStepper> tried;
     system.finder.begin_rows(step.dynamic);
     try {
         for (int i = 0; i < kMostTries; ++i) {
-            const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
+            const std::unique_ptr<BodyStepper> before = std::move(tried);
             report = {};
             // Steps in motion find contacts once, and are done again from their start with rows
             // that are new: once. What slides on is found by the next step.
             if (i > 0) own.add_rows = BodyStepOptions::AddRows::refused;
             if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
-            tried.emplace(system, step, own, report);
-            tried->take_contacts(at_start);
+            tried = std::make_unique<BodyStepper>(system, step, own, report);
+            if (before) tried->repeat(*before);
             report.accepted = tried->run();
             if (!tried->again()) break;
         }
