@@ -588,7 +588,12 @@ bool BodyStepper::run()
         const auto known = force_.find({pair, id});
         return known != force_.end() && !known->second.isZero(0);
     });
-    if (step_.dynamic) system_.finder.add_rows_ahead(overlaps_);
+    if (step_.dynamic) {
+        std::vector<BodyOverlap> ahead = overlaps_;
+        for (BodyOverlap& o : ahead)
+            if (may_stay(o)) o.rows_beyond = std::max(o.rows_beyond, o.depth);
+        system_.finder.add_rows_ahead(ahead);
+    }
     for (const BodyOverlap& o : overlaps_)
         if (o.depth > report_.overlap.depth) report_.overlap = o;
     report_.overlaps = std::move(overlaps_);

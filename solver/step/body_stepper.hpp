@@ -112,6 +112,7 @@ private:
     bool sliding_reversed();
     bool check_end_of_step();
     bool adds_rows();
+    bool may_stay(const BodyOverlap& o) const;
     std::string deepest_overlap_message() const;
     bool faulty();
     void append_lost_ellipticity();
