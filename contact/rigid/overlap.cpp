@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 
 namespace amontons {
@@ -11,6 +12,8 @@ namespace {
 
 using Distance = std::function<WallSample(const Vec3&)>;
 
+/// No limit here depends on bulges.
+constexpr Shallow kDepthsAlone{std::numeric_limits<double>::infinity()};
 constexpr int kRimPlaces = 48, kAxisPlaces = 17, kGoldenSteps = 30;
 
 /// Least of f on [low, high] around the best of some places, by the golden section.
@@ -157,7 +160,7 @@ ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
                       const BoundingBox& near)
 {
     std::vector<OverlapSpot> spots;
-    overlap_spots(surface, distance, near, spots);
+    overlap_spots(surface, distance, near, spots, kDepthsAlone);
     ShapeOverlap o;
     for (const OverlapSpot& s : spots)
         keep_deepest(o, s.point, -s.depth);
@@ -250,7 +253,7 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
     };
     std::vector<OverlapSpot> spots;
     overlap_spots({*facets, triangles->mesh.points}, own,
-                  triangles_inside(*triangles, pose, own, near), spots);
+                  triangles_inside(*triangles, pose, own, near), spots, kDepthsAlone);
     ShapeOverlap o;
     for (const OverlapSpot& s : spots)
         keep_deepest(o, pose.place + pose.turn * s.point, -s.depth);

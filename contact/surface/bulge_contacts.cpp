@@ -82,10 +82,11 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
         Vec3 middle = Vec3::Zero();
         for (std::size_t k = 0; k < corners; ++k)
             middle += face.node[k] / double(corners);
+        const WallSample at_middle = wall(middle);
+        if (at_middle.hessian.isZero(0)) continue; // flat there
         const double longest = longest_edge(slave, f, places),
                      rest = longest_edge(slave, f, at_rest);
         const double apart = face.nodes == 6 ? 0.5 * rest : rest; // of its multipliers
-        const WallSample at_middle = wall(middle);
         if (!(std::abs(at_middle.distance) <= reach + longest)) continue;
         const double curvature = symmetric_eigenvalues(at_middle.hessian)[2];
         if (!(curvature > 0)) continue;

@@ -15,6 +15,7 @@ constexpr double kNearFace = 0.1;     // of a face: nearer places take the surfa
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
 constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
 constexpr double kAboveFace = 1e-6;   // sine: a place is over a face
+constexpr double kTooFar = 1 + 1e-9;  // of an edge: beyond round-off
 constexpr double kAlone = 0.9;        // cosine: a normal is that of one side, not of an edge
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
@@ -473,19 +474,30 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         const auto at = std::ranges::lower_bound(touched, node, {}, &TouchedNode::node);
         return at != touched.end() && at->node == node ? &at->foot : nullptr;
     };
+    // Distance of a node from the flat triangles; of quadrilaterals not known.
+    const auto clear_of = [&](const FaceDistance::Foot& foot) {
+        const FacetedSurface::Triangle& t = b.facets.triangles()[std::size_t(foot.triangle)];
+        const bool flat = b.facets.surface().face(std::size_t(t.face)).size() != 4;
+        return flat ? std::abs(foot.distance) : 0.0;
+    };
     std::vector<double> shares;
     for (const FacetedSurface::Edge* edge : edges) {
         const FacetedSurface::Edge& e = *edge;
         const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
         if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & ~kOutOfReach)
             continue;
-        distance.crossings(x0, x1, shares);
+        const FaceDistance::Foot *p = touched_by(e.nodes[0]), *q = touched_by(e.nodes[1]);
+        // No triangle is nearer to an end than its foot: where that leaves nothing of the edge,
+        // none crosses it.
+        if (p && q && clear_of(*p) + clear_of(*q) > kTooFar * (x1 - x0).norm())
+            shares.clear();
+        else
+            distance.crossings(x0, x1, shares);
         for (std::size_t k = 0; k + 1 < shares.size(); ++k) {
             if (!(shares[k + 1] - shares[k] > 1e-9)) continue;
             note_on_edge(e, 0.5 * (shares[k] + shares[k + 1]));
         }
         // Ends that lie on two sides of b, of no depth, and between them its edge.
-        const FaceDistance::Foot *p = touched_by(e.nodes[0]), *q = touched_by(e.nodes[1]);
         if (p && q && p->normal.dot(q->normal) < kSharpEdge &&
             !distance.on_one_side(*p, *q,
                                   std::min(shallow.of_face * (x1 - x0).norm(), shallow.depth)))
@@ -592,11 +604,13 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         s.node_gap = node_gap;
         s.face = deepest.size;
         if (!shallow(s)) {
-            const Vec3 bends = symmetric_eigenvalues(deepest.hessian); // 0 along the normal
-            const double per_bend = s.face * s.face / 8;
-            s.bulge = bulge_of_face(a, f, s.face) +
-                      per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
-            s.round = per_bend * std::max(bends[1], 0.0);
+            s.bulge = bulge_of_face(a, f, s.face);
+            if (!deepest.hessian.isZero(0)) {
+                const Vec3 bends = symmetric_eigenvalues(deepest.hessian); // 0 along the normal
+                const double per_bend = s.face * s.face / 8;
+                s.bulge += per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
+                s.round = per_bend * std::max(bends[1], 0.0);
+            }
         }
         spots.push_back(s);
     }

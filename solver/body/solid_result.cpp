@@ -131,14 +131,13 @@ std::vector<Vec3> SolidBody::centres_of_holds(const Eigen::VectorXd& u) const
 // eigenvalue of a 4 x 4 matrix; nodes of a plane have one, too.
 Vec3 SolidBody::turn_since_start()
 {
-    std::vector<std::int32_t> nodes;
-    if (touching_.size() >= 3) { // the same for every way to solve it
-        nodes = touching_;
-    } else {
+    std::vector<std::int32_t> all;
+    if (touching_.size() < 3) { // else those: the same for every way to solve it
         complete();
-        nodes.resize(mesh_.nodes.size());
-        std::iota(nodes.begin(), nodes.end(), 0);
+        all.resize(mesh_.nodes.size());
+        std::iota(all.begin(), all.end(), 0);
     }
+    const std::vector<std::int32_t>& nodes = all.empty() ? touching_ : all;
     const Mat3 whole = (state_.frame.turn * first_frame_.turn.conjugate()).toRotationMatrix();
     Vec3 before = Vec3::Zero(), now = before;
     for (const std::int32_t i : nodes) {
@@ -228,14 +227,16 @@ void SolidBody::stresses(std::vector<Vec6>& stress, std::vector<double>& energy)
 
 std::vector<double> SolidBody::state() const
 {
+    const std::vector<double> columns = kept_columns();
     std::vector<double> s;
+    s.reserve(8 + 15 * state_.x.size() + columns.size());
     const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
     add(state_.frame.turn.coeffs());
     add(state_.frame.shift);
     add(state_.u);
     add(state_.v);
     for (const Vec3& x : state_.x)
-        add(x);
+        s.insert(s.end(), {x[0], x[1], x[2]});
     add(reaction_);
     s.push_back(load_.size() > 0 ? 1 : 0); // the trapezoid's of work begins with the last step's
     add(load_.size() > 0 ? load_ : Eigen::VectorXd(Eigen::VectorXd::Zero(state_.u.size())));
@@ -256,7 +257,6 @@ std::vector<double> SolidBody::state() const
         for (const InternalModes& a : state_modes_)
             add(a);
     }
-    const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
 }

@@ -216,6 +216,16 @@ void BodyStepper::report_modes()
     }
 }
 
+/// True if an overlap in motion may stay until the next step, which gets a row for it: of two
+/// meshes, accepted without a warning, and not so nearly refused that it would be in that step.
+bool BodyStepper::may_stay(const BodyOverlap& o) const
+{
+    constexpr double kFarFromRefused = 0.9; // of BodyOverlap::most
+    return o.own.count > 0 && o.b >= 0 && system_.refs[std::size_t(o.a)].solid &&
+           system_.refs[std::size_t(o.b)].solid &&
+           o.depth <= std::min(o.allowed, kFarFromRefused * o.most);
+}
+
 /// Measures the overlaps of bodies and adds rows for the deep places.
 /// @return  true if some are new
 bool BodyStepper::adds_rows()
@@ -228,6 +238,11 @@ bool BodyStepper::adds_rows()
     if (options_.add_rows == BodyStepOptions::AddRows::refused)
         std::erase_if(deep,
                       [](const BodyOverlap& o) { return !(o.depth > kNearlyRefused * o.most); });
+    // In motion rows cost a repetition of the step: not for what is accepted as it is.
+    if (step_.dynamic && std::ranges::none_of(deep, [&](const BodyOverlap& o) {
+            return o.own.count > 0 && o.depth > o.rows_beyond && !may_stay(o);
+        }))
+        deep.clear();
     const bool some = options_.add_rows != BodyStepOptions::AddRows::none &&
                       rounds_ < kMostRounds && system_.finder.add_rows(deep);
     rounds_ += some;

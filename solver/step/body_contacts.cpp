@@ -519,7 +519,7 @@ std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, cons
         WallSample s = shape_distance(body.shape(), at.turn.conjugate() * (x - at.shift), near);
         const Mat3 R = at.turn.toRotationMatrix();
         s.normal = R * s.normal;
-        s.hessian = R * s.hessian * R.transpose();
+        if (!s.hessian.isZero(0)) s.hessian = R * s.hessian * R.transpose();
         return s;
     };
 }

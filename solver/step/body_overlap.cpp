@@ -48,6 +48,31 @@ BoundingBox as_bounding(const AxisBox& box)
     return {box.low.array(), box.high.array()};
 }
 
+/// The faces that a plane may reach: of a face that is in the hull of its nodes (not T6) those with
+/// a node below it.
+std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& own, double size)
+{
+    constexpr double kRounding = 1e-9; // of the body's size
+    const ExternalSurface& surface = own.facets.surface();
+    const Vec3 normal = plane.turn * Vec3::UnitZ();
+    const double above = normal.dot(plane.place) + kRounding * size;
+    std::vector<char> clear(own.places.size(), 0);
+    bool some = false;
+    for (const std::int32_t n : surface.used_nodes) {
+        clear[std::size_t(n)] = normal.dot(own.places[std::size_t(n)]) > above;
+        some |= !clear[std::size_t(n)];
+    }
+    std::vector<std::int32_t> faces;
+    const auto is_clear = [&](std::int32_t n) { return clear[std::size_t(n)] != 0; };
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const auto nodes = surface.face(f);
+        const bool flat = nodes.size() != 6;
+        if (flat && !some) continue;
+        if (!flat || !std::ranges::all_of(nodes, is_clear)) faces.push_back(std::int32_t(f));
+    }
+    return faces;
+}
+
 struct RowLimits {
     double tolerance; ///< what a row leaves [m]
     double beyond;    ///< depth from which on there is one [m]
@@ -256,7 +281,12 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
                    kRowsAhead * kRowsOfThickness *
                        (meshes ? thinner_of(bodies, p) : thinner_if_known(p))};
     if (p.b < 0) {
-        overlap_spots(own, distance_from_obstacle(p), everywhere(), spots, shallow);
+        const auto distance = distance_from_obstacle(p);
+        if (p.plane)
+            overlap_spots(own, distance, faces_below(*p.plane, own, a.solid->size()), spots,
+                          shallow);
+        else
+            overlap_spots(own, distance, everywhere(), spots, shallow);
         return keep(false);
     }
     const BodyRef& b = bodies[std::size_t(p.b)];
@@ -277,12 +307,13 @@ std::function<WallSample(const Vec3&)>
 ContactFinder::distance_from_obstacle(const ContactPair& p) const
 {
     if (p.plane)
-        return [plane = *p.plane](const Vec3& x) {
-            WallSample s;
-            s.normal = plane.turn * Vec3::UnitZ();
-            s.distance = s.normal.dot(x - plane.place);
-            return s;
-        };
+        return
+            [place = p.plane->place, normal = Vec3(p.plane->turn * Vec3::UnitZ())](const Vec3& x) {
+                WallSample s;
+                s.normal = normal;
+                s.distance = normal.dot(x - place);
+                return s;
+            };
     return [wall = walls_[std::size_t(p.obstacle)], hint = WallHint()](const Vec3& x) mutable {
         return wall->sample(x, hint);
     };

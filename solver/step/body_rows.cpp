@@ -43,6 +43,13 @@ namespace {
 /// Columns that come one after the other, each as its entries in any order.
 class ColumnList {
 public:
+    /// Of all columns to come.
+    void reserve(std::size_t columns, std::size_t entries)
+    {
+        outer_.reserve(columns + 1);
+        inner_.reserve(entries);
+        value_.reserve(entries);
+    }
     void add(std::vector<Eigen::Triplet<double>>& column)
     {
         const std::size_t begin = inner_.size();
@@ -164,6 +171,7 @@ void choose_rows(const Rows& all, Rows& p)
     p.columns.clear();
     for (std::size_t b = 0; b < all.row.size(); ++b) {
         ColumnList columns;
+        columns.reserve(all.row[b].size(), std::size_t(all.columns[b].nonZeros()));
         for (std::size_t j = 0; j < all.row[b].size(); ++j) {
             const int row = now[std::size_t(all.row[b][j])];
             if (row < 0) continue;

@@ -44,8 +44,12 @@ void BodyStepper::linearise()
     mode_load_.clear();
     set_contact_forces(!rods_only_);
     pass_fixed_contact_forces();
+    // Of linear solids in motion the try before has left what the first iterate asks for.
+    const bool known = repeats_ && free_at_start_ && linearised_ == 0 && step_.dynamic;
+    ++linearised_;
     for (std::size_t b = 0; b < bodies(); ++b) {
-        body(b).linearise();
+        const SolidBody* solid = system_.refs[b].solid;
+        if (!known || !solid || solid->nonlinear() || solid->iterative()) body(b).linearise();
         free_.push_back(body(b).matrix().free_change());
         mode_load_.push_back(body(b).matrix().modes().cols() > 0 ? body(b).matrix().mode_load()
                                                                  : Eigen::VectorXd());
@@ -225,6 +229,7 @@ bool BodyStepper::sliding_reversed()
 void BodyStepper::follow_contacts()
 {
     followed_.clear();
+    if (!system_.has_rods()) return;
     std::set<BodySystem::Key> now;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         now.insert(key(c));
@@ -399,6 +404,34 @@ void BodyStepper::append_lost_ellipticity()
             report_.refusal += "; " + b.name + ": " + soft;
 }
 
+/// @param before  ended with again()
+void BodyStepper::repeat(BodyStepper& before)
+{
+    repeats_ = true;
+    free_at_start_ = before.linearised_ == 1;
+    at_start_ = std::move(before.at_start_);
+    found_before_ = std::move(before.force_);
+    for (int c = 0; c < int(before.list_.contact.size()); ++c)
+        found_before_.try_emplace(before.key(c), Vec3::Zero());
+}
+
+/// The contacts that acted in the step before are in the problem, with the forces of the try that
+/// is repeated, and so are rows that it did not have.
+void BodyStepper::begin_from_repeated()
+{
+    for (auto& [key, force] : force_)
+        force.setZero();
+    for (int c = 0; c < int(list_.contact.size()); ++c) {
+        const auto known = found_before_.find(key(c));
+        if (known == found_before_.end())
+            force_.try_emplace(key(c), Vec3::Zero());
+        else if (!known->second.isZero(0))
+            force_[key(c)] = known->second;
+    }
+    for (const auto& [key, force] : found_before_) // joints
+        if (key.pair < 0) force_[key] = force;
+}
+
 bool BodyStepper::run()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -435,6 +468,7 @@ bool BodyStepper::run()
     }
     find();
     expect_motion();
+    if (repeats_) begin_from_repeated();
     rods_only_ = rods_alone() && (!system_.finder.pairs().empty() || !system_.couplings.empty());
     bool nonlinear = false;
     for (const BodyRef& b : system_.refs)
@@ -583,7 +617,12 @@ bool BodyStepper::run()
         const auto known = force_.find({pair, id});
         return known != force_.end() && !known->second.isZero(0);
     });
-    if (step_.dynamic) system_.finder.add_rows_ahead(overlaps_);
+    if (step_.dynamic) {
+        std::vector<BodyOverlap> ahead = overlaps_;
+        for (BodyOverlap& o : ahead)
+            if (may_stay(o)) o.rows_beyond = std::max(o.rows_beyond, o.depth);
+        system_.finder.add_rows_ahead(ahead);
+    }
     for (const BodyOverlap& o : overlaps_)
         if (o.depth > report_.overlap.depth) report_.overlap = o;
     report_.overlaps = std::move(overlaps_);
@@ -603,26 +642,26 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
         system.refs, [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
-    std::optional<BodyStepper> tried;
+    std::unique_ptr<BodyStepper> tried;
     try {
         const bool of_end = !step.dynamic && options.of_scene && is_independent_of_path(system);
         system.finder.begin_rows(step.dynamic);
         for (int i = 0; i < kMostTries; ++i) {
-            const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
+            const std::unique_ptr<BodyStepper> before = std::move(tried);
             report = {};
             // Steps in motion find contacts once, and are done again from their start with rows
             // that are new: once. What slides on is found by the next step.
             if (i > 0) own.add_rows = BodyStepOptions::AddRows::refused;
             if (i + 1 == kMostTries) own.add_rows = BodyStepOptions::AddRows::none;
-            tried.emplace(system, step, own, report);
-            tried->take_contacts(at_start);
+            tried = std::make_unique<BodyStepper>(system, step, own, report);
+            if (before) tried->repeat(*before);
             if (of_end) tried->refuse_path();
             report.accepted = tried->run();
             if (of_end && !report.accepted && !(options.stop && *options.stop)) {
                 if (step_from_rest(system, step, own, report)) return report;
                 system.finder.begin_rows(false);
                 report = {};
-                tried.emplace(system, step, own, report);
+                tried = std::make_unique<BodyStepper>(system, step, own, report);
                 report.accepted = tried->run();
             }
             if (!tried->again()) break;

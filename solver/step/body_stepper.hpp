@@ -51,10 +51,9 @@ public:
     bool of_rods_only() const { return rods_only_; }
     /// True if the step has to be tried again, with rows that this try has added.
     bool again() const { return again_; }
-    /// Contacts at the start of a dynamic step, without overlap rows: the same for all tries of it.
-    const BodyContacts& at_start() const { return at_start_; }
-    /// Takes the contacts found at the start of the step.
-    void take_contacts(const BodyContacts& at_start) { at_start_ = at_start; }
+    /// Repeats the step of another try, with rows that it has added: takes what is the same (the
+    /// contacts found at the start of a dynamic step, without overlap rows), and the forces found.
+    void repeat(BodyStepper& before);
     /// Name of a rod that its contacts do not stabilise in the last iteration; "" if there is none.
     const std::string& unheld() const { return unheld_; }
     /// Name of a solid whose contacts do not balance the moment of its stress; "" if there is none.
@@ -131,6 +130,7 @@ private:
     bool sliding_reversed();
     bool check_end_of_step();
     bool adds_rows();
+    bool may_stay(const BodyOverlap& o) const;
     std::string deepest_overlap_message() const;
     bool faulty();
     void append_lost_ellipticity();
@@ -208,6 +208,11 @@ private:
     std::vector<BodyOverlap> overlaps_; ///< at the last iterate that was measured
     int rounds_ = 0;                    ///< of rows added to it
     bool again_ = false;                ///< rows were added to a step that finds contacts once
+    int linearised_ = 0;                ///< how often bodies were
+    bool repeats_ = false;              ///< another try of the same step
+    bool free_at_start_ = false;        ///< that try asked for no free motions but the first
+    std::map<BodySystem::Key, Vec3> found_before_; ///< forces of that try; 0: no contact of it acts
+    void begin_from_repeated();
     bool found_ = false;
     bool nothing_ = false;   ///< moves but for rounding
     bool spread_ = false;    ///< contacts stand for areas: forces are to be even
