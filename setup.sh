@@ -44,12 +44,12 @@ usage: ./setup.sh COMMAND
   packages   only installs: all packages, of the tests and of every module
   help       this text
 
-Packages come from apt, as root or with sudo. On a terminal it asks once before it installs.
-Nothing is compiled twice; docs/build.md says what costs what.
+Packages come from apt, as root or with sudo. On a terminal it requires one confirmation before it installs.
+Nothing is compiled twice; docs/build.md states the cost of each part.
 END
 }
 
-say() { printf '%s\n' "$*"; }
+message() { printf '%s\n' "$*"; }
 fail() {
     printf 'setup.sh: %s\n' "$*" >&2
     exit 1
@@ -74,7 +74,7 @@ as_root() {
 lacking() {
     local name
     for name in "$@"; do
-        is_installed "$name" || say "$name"
+        is_installed "$name" || message "$name"
     done
 }
 
@@ -92,40 +92,40 @@ install_packages() {
         fi
     done
     if ! command -v dpkg-query apt-get >/dev/null; then
-        say "No apt here; it is up to you to have what these packages hold: ${required[*]}"
+        message "No apt here; it is up to you to have what these packages hold: ${required[*]}"
         return
     fi
 
-    local -a needed wanted
+    local -a needed missing
     mapfile -t needed < <(lacking "${required[@]}")
-    mapfile -t wanted < <(lacking "${optional[@]}")
-    [[ $((${#needed[@]} + ${#wanted[@]})) -eq 0 ]] && return
-    say "To install with apt: ${needed[*]} ${wanted[*]}"
+    mapfile -t missing < <(lacking "${optional[@]}")
+    [[ $((${#needed[@]} + ${#missing[@]})) -eq 0 ]] && return
+    message "To install with apt: ${needed[*]} ${missing[*]}"
     if [[ -t 0 && -t 1 ]]; then
         local answer
-        read -r -p "Go on? [Y/n] " answer
+        read -r -p "Continue? [Y/n] " answer
         [[ -z $answer || $answer == [yY]* ]] || fail "nothing installed"
     fi
     if ! as_root apt-get -qq update; then
         [[ ${#needed[@]} -eq 0 ]] || fail "apt-get update failed: no network, or broken sources"
-        say "apt-get update failed; going on without ${wanted[*]}"
+        message "apt-get update failed; continuing without ${missing[*]}"
         return
     fi
 
     local -a chosen=()
     local name
-    for name in "${needed[@]}" "${wanted[@]}"; do
+    for name in "${needed[@]}" "${missing[@]}"; do
         if is_known "$name"; then
             chosen+=("$name")
         elif [[ " ${needed[*]} " == *" $name "* ]]; then
             fail "this release has no package $name, and amontons cannot do without"
         else
-            say "This release has no package $name: what needs it is left out."
+            message "This release has no package $name: what needs it is left out."
         fi
     done
     [[ ${#chosen[@]} -eq 0 ]] && return
     mkdir -p build
-    say "Installing; this can take minutes. What apt says goes to build/apt.log."
+    message "Installing; this can take minutes. The output of apt is written to build/apt.log."
     if ! as_root env DEBIAN_FRONTEND=noninteractive apt-get -q install -y \
         --no-install-recommends -o Dpkg::Use-Pty=0 "${chosen[@]}" >build/apt.log 2>&1; then
         tail -n 30 build/apt.log >&2
@@ -150,7 +150,7 @@ jobs_at_once() {
     cores="$(nproc)"
     memory="$(awk '/^MemAvailable:/ { print int($2 / 2000000) }' /proc/meminfo)"
     [[ $memory -ge 1 ]] || memory=1
-    say $((cores < memory ? cores : memory))
+    message $((cores < memory ? cores : memory))
 }
 
 # compile PRESET MINUTES WHAT [TARGET...]: states how long it takes from nothing (processor time, measured as
@@ -160,7 +160,7 @@ compile() {
     shift 3
     at_once="$(jobs_at_once)"
     if ! ninja -C "build/$preset" -n "$@" | grep -q 'no work to do'; then
-        say "Building $what: about $minutes min of processor time if nothing is compiled yet," \
+        message "Building $what: about $minutes min of processor time if nothing is compiled yet," \
             "$(((minutes + at_once - 1) / at_once)) min with $at_once at a time."
     fi
     cmake --build --preset "$preset" -j "$at_once" ${@:+--target "$@"}
@@ -178,7 +178,7 @@ results_are_current() {
 
 run_demo() {
     if results_are_current; then
-        say "$results is newer than the program and $scene/scene.json: not run again."
+        message "$results is newer than the program and $scene/scene.json: not run again."
         cat "$results/summary.txt"
     else
         local table status=0
@@ -186,19 +186,19 @@ run_demo() {
         "$program" run "$scene/scene.json" --output "$results" | tee "$table" || status=$?
         if [[ $status -ne 0 ]]; then
             rm -f "$table"
-            say "setup.sh: the run of $scene/scene.json ended with exit code $status" >&2
+            message "setup.sh: the run of $scene/scene.json ended with exit code $status" >&2
             exit "$status"
         fi
         cat "$table" >"$results/summary.txt"
         rm -f "$table"
     fi
-    say
-    say "Pictures and plots:"
+    message
+    message "Pictures and plots:"
     files_ending_in png
     files_ending_in svg
-    say "VTK files for ParaView:"
+    message "VTK files for ParaView:"
     files_ending_in pvd
-    say "All numbers:"
+    message "All numbers:"
     files_ending_in csv
     files_ending_in json
 }
@@ -207,13 +207,13 @@ run_demo() {
 fetch_page() {
     [[ web/node_modules/.package-lock.json -nt web/package-lock.json ]] && return
     if ! command -v npm >/dev/null; then
-        say "No npm: amontons studio is left out."
+        message "No npm: amontons studio is left out."
         return
     fi
-    say "Fetching what the page of amontons studio is made of (npm ci --ignore-scripts in web/)."
+    message "Fetching what the page of amontons studio is made of (npm ci --ignore-scripts in web/)."
     (cd web && npm ci --ignore-scripts --no-audit --no-fund >../build/npm.log 2>&1) || {
         tail -n 5 build/npm.log >&2
-        say "npm ci failed, see build/npm.log: amontons studio is left out."
+        message "npm ci failed, see build/npm.log: amontons studio is left out."
         rm -rf web/node_modules
     }
 }
@@ -222,11 +222,11 @@ demo() {
     configure release
     compile release "$demo_minutes" "the program" demo
     run_demo
-    say
-    say "The program is $PWD/$program. What to try next:"
-    say "  $program run examples/first_block/scene.json    a soft ball falls on a plate"
-    say "  $program check examples/catheter/scene.json     what the program makes of a scene"
-    say "  ./setup.sh install                              the command amontons, with everything:" \
+    message
+    message "The program is $PWD/$program. What to try next:"
+    message "  $program run examples/first_block/scene.json    a soft ball falls on a plate"
+    message "  $program check examples/catheter/scene.json     what the program makes of a scene"
+    message "  ./setup.sh install                              the command amontons, with everything:" \
         "about $all_minutes min more of processor time"
 }
 
@@ -243,33 +243,33 @@ install_program() {
     mkdir -p build
     cmake --install build/release --prefix "$prefix" >build/install.log || fail "installing failed, see build/install.log"
     folder="$(cd "$prefix" && pwd)"
-    say "Installed: $folder/bin/amontons, its modules in $folder/lib*, completion for bash in $folder/share."
+    message "Installed: $folder/bin/amontons, its modules in $folder/lib*, completion for bash in $folder/share."
     case ":$PATH:" in
     *":$folder/bin:"*) ;;
-    *) say "The shell does not look there yet: add  export PATH=\"$folder/bin:\$PATH\"  to your ~/.bashrc" ;;
+    *) message "The shell does not search there yet: add  export PATH=\"$folder/bin:\$PATH\"  to your ~/.bashrc" ;;
     esac
-    say_where_package_is "$folder"
+    report_package "$folder"
 }
 
-# Of the package of Python below a prefix, and whether the python3 that it was built for looks there.
-say_where_package_is() {
+# Of the package of Python below a prefix, and whether the python3 that it was built for searches there.
+report_package() {
     local package site interpreter
     package="$(find "$1/lib" -path '*-packages/amontons/__init__.py' -print -quit 2>/dev/null)"
     if [[ -z $package ]]; then
-        say "The package amontons of Python was left out: cmake --preset release states what it lacks."
+        message "The package amontons of Python was left out: cmake --preset release states what it lacks."
         return
     fi
     site="${package%/amontons/__init__.py}"
     interpreter="$(sed -n 's/^AMONTONS_PYTHON_PROGRAM:[A-Z]*=//p' build/release/CMakeCache.txt)"
     if "$interpreter" -c 'import sys; sys.exit(sys.argv[1] not in sys.path)' "$site"; then
-        say "$interpreter finds the package amontons in $site."
+        message "$interpreter finds the package amontons in $site."
     else
-        say "$interpreter does not look in $site, where the package amontons is:" \
+        message "$interpreter does not search $site, where the package amontons is:" \
             "add  export PYTHONPATH=\"$site\"  to your ~/.bashrc"
     fi
 }
 
-# A test that lacks its tool would be left out without a word, and the suite would look green.
+# A test that lacks its tool would be left out in silence, and the suite would seem green.
 check_tools() {
     local -a missing=()
     local name
@@ -299,7 +299,7 @@ run_tests() {
         failed=$((failed + BASH_REMATCH[1]))
         passed=$((passed + BASH_REMATCH[2] - BASH_REMATCH[1]))
     else
-        say "No tests ran in $folder."
+        message "No tests ran in $folder."
         failed=$((failed + 1))
     fi
 }
@@ -314,7 +314,7 @@ run_suite() {
     configure fuzz
     compile fuzz "$fuzz_minutes" "the readers with sanitizers, to be fuzzed" fuzz
     run_tests build/fuzz -L fuzz
-    say "$passed passed, $failed failed"
+    message "$passed passed, $failed failed"
     [[ $failed -eq 0 && $passed -gt 0 ]]
 }
 
@@ -329,9 +329,9 @@ case "$command $*" in
     usage >&2
     fail "$command: found \"$*\", allowed: $(
         case "$command" in
-        test) say "nothing, or --all" ;;
-        install) say "nothing, or --prefix FOLDER" ;;
-        *) say "nothing" ;;
+        test) message "nothing, or --all" ;;
+        install) message "nothing, or --prefix FOLDER" ;;
+        *) message "nothing" ;;
         esac
     )"
     ;;
@@ -340,7 +340,7 @@ esac
 case "$command" in
 packages)
     install_packages "${build[@]}" "${core[@]}" -- "${pictures[@]}" "${modules[@]}" "${bindings[@]}" "${studio[@]}" "${browser[@]}" "${tests[@]}"
-    say "All packages are installed."
+    message "All packages are installed."
     ;;
 demo)
     install_packages "${build[@]}" "${core[@]}" "${pictures[@]}"

@@ -215,7 +215,7 @@ double NaturalMapError::exact(const Eigen::VectorXd& r, const Eigen::VectorXd& u
 
 double NaturalMapError::in_long_double_if_doubtful(const Eigen::VectorXd& r, Eigen::VectorXd& u,
                                                    Eigen::VectorXd& residuals, double limit,
-                                                   bool told) const
+                                                   bool reported) const
 {
     const double error = (*this)(r, u, residuals);
     if (error == 0 || !std::isfinite(error)) return error;
@@ -223,7 +223,7 @@ double NaturalMapError::in_long_double_if_doubtful(const Eigen::VectorXd& r, Eig
     const auto matters = [&](double floor) {
         const double noise = in_map + kFloorShare * floor;
         return error + noise > kNegligible &&
-               ((told && noise > kDoubt * error) || (error <= limit && error + noise > limit));
+               ((reported && noise > kDoubt * error) || (error <= limit && error + noise > limit));
     };
     // The bound is cheap, the floor a product, what follows ten.
     if (!matters(floor_bound(r, u)) || !matters(uncapped_floor(r, u))) return error;

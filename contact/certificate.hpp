@@ -19,13 +19,13 @@ enum class SolveStatus {
     out_of_time   ///< max_seconds, or a stop from outside, before the threshold
 };
 
-/// The error is below what was asked for, or as low as numbers allow.
+/// The error is below the requested tolerance, or as low as round-off allows.
 constexpr bool is_solved(SolveStatus status)
 {
     return status == SolveStatus::converged || status == SolveStatus::at_round_off;
 }
 
-/// The solvers of contact/solve.hpp; which to choose when: docs/theory/contact.md.
+/// The solvers of contact/solvers/solve.hpp; which to choose when: docs/theory/contact.md.
 enum class ContactSolver {
     automatic, ///< sweeps while they are cheap, else the path and its fallbacks
     nsgs,      ///< block Gauss-Seidel with an exact local solver
@@ -60,7 +60,7 @@ struct InfeasibilityProof {
 struct Certificate {
     SolveStatus status = SolveStatus::stagnated;
     double error = std::numeric_limits<double>::infinity(); ///< natural map over ||q'|| [-]
-    double tolerance = 0;                                   ///< as asked for [-]
+    double tolerance = 0;                                   ///< as requested [-]
     double threshold = 0; ///< tolerance, or the round-off floor if that is larger [-]
     /// Error of the last digit of r: a recomputation in doubles, projection included, may find this
     /// more [-].

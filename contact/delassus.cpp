@@ -32,8 +32,9 @@ Squares squares(const Eigen::MatrixXd& W)
     return s;
 }
 
-/// Column by column. Below the diagonal of column j, row i meets its mirror image in column i at
-/// row j: as j grows, the meetings in each column come in the order in which it is stored.
+/// Column by column. Below the diagonal of column j, row i coincides with its mirror image in
+/// column i at row j: as j grows, the meetings in each column come in the order in which it is
+/// stored.
 Squares squares(const Delassus::Sparse& W)
 {
     const int* const start = W.outerIndexPtr();
@@ -52,9 +53,9 @@ Squares squares(const Delassus::Sparse& W)
             int& mirror = next[static_cast<std::size_t>(i)];
             for (; mirror < start[i + 1] && row[mirror] < j; ++mirror)
                 add_alone(value[mirror]);
-            const bool met = mirror < start[i + 1] && row[mirror] == j;
-            add_alone(met ? a - value[mirror] : a);
-            mirror += met;
+            const bool found = mirror < start[i + 1] && row[mirror] == j;
+            add_alone(found ? a - value[mirror] : a);
+            mirror += found;
         }
     }
     for (int j = 0; j < columns; ++j)
@@ -176,21 +177,21 @@ Delassus::Sparse Delassus::as_sparse() const
     const DelassusOfBodies& W = of_bodies();
     Delassus::Sparse sum(rows(), rows());
     Eigen::VectorXd column = Eigen::VectorXd::Zero(rows());
-    std::vector<int> met;
+    std::vector<int> found;
     for (Eigen::Index j = 0; j < rows(); ++j) {
-        met.assign(W.compliance[j] != 0 ? 1 : 0, static_cast<int>(j));
+        found.assign(W.compliance[j] != 0 ? 1 : 0, static_cast<int>(j));
         column[j] = W.compliance[j];
         for (const DelassusOfBodies::Place& at : W.places(j)) {
             const DelassusOfBodies::Part& part = W.parts[static_cast<std::size_t>(at.part)];
             const Eigen::VectorXd own = part.G.transpose() * part.G.col(at.column);
             for (std::size_t i = 0; i < part.rows.size(); ++i)
                 column[part.rows[i]] += own[static_cast<Eigen::Index>(i)];
-            met.insert(met.end(), part.rows.begin(), part.rows.end());
+            found.insert(found.end(), part.rows.begin(), part.rows.end());
         }
-        std::sort(met.begin(), met.end());
-        met.erase(std::unique(met.begin(), met.end()), met.end());
+        std::sort(found.begin(), found.end());
+        found.erase(std::unique(found.begin(), found.end()), found.end());
         sum.startVec(j);
-        for (const int i : met) {
+        for (const int i : found) {
             sum.insertBack(i, j) = column[i];
             column[i] = 0;
         }

@@ -80,7 +80,7 @@ public:
     /// The bodies; only if is_of_bodies().
     const DelassusOfBodies& of_bodies() const { return std::get<DelassusOfBodies>(form_); }
 
-    /// A sparse W, or one of bodies summed up: for what is asked once.
+    /// A sparse W, or one of bodies summed up: for what is computed once.
     Sparse as_sparse() const;
 
     /// Number of rows.

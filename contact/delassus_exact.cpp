@@ -3,7 +3,7 @@
 #include <cmath>
 
 // Compiled without contraction: a product fused into the sum that follows would change the sum
-// whose error is asked for.
+// whose error is requested.
 
 namespace amontons {
 namespace {

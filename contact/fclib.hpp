@@ -29,8 +29,8 @@ struct FclibProblem {
     std::optional<FclibSolution> solution;
     /// Initial guesses of the file, in its order.
     std::vector<FclibSolution> guesses;
-    /// What each contact is to those who wrote the file, per contact; empty if the file has none.
-    /// Ours: dataset /amontons/contact, so that steps can be matched.
+    /// Identity of each contact by the program that wrote the file; empty if the file has none.
+    /// Dataset /amontons/contact; contacts of different steps are matched by it.
     std::vector<std::int32_t> identity;
     bool has_level = false; ///< the level is the file's (/amontons/level); else velocities
     std::string title, description, math_info;
@@ -39,7 +39,7 @@ struct FclibProblem {
 /// Share of entries other than zero above which W is stored as a dense matrix [-].
 constexpr double kFclibDense = 0.35;
 
-/// The groups of a file that FCLib or we use, separated by spaces.
+/// The groups of a file that FCLib or amontons uses, separated by spaces.
 extern const char* const kFclibGroups;
 
 /// The problem in a file's datasets.

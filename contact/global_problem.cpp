@@ -89,15 +89,16 @@ double predicted_entries(const Eigen::SparseMatrix<double>& M, const Eigen::Spar
     if (entries > kQuick) return std::min(entries, n * n);
 
     entries = 0;
-    std::vector<int> met(static_cast<std::size_t>(H.cols()), -1), seen(component.size(), -1);
+    std::vector<int> last_column(static_cast<std::size_t>(H.cols()), -1),
+        seen(component.size(), -1);
     for (int j = 0; j < H.outerSize(); ++j)
         for (Eigen::SparseMatrix<double>::InnerIterator it(H, j); it; ++it) {
             const auto c = static_cast<std::size_t>(component[static_cast<std::size_t>(it.row())]);
             if (seen[c] == j) continue;
             seen[c] = j;
             for (const int other : rows[c])
-                if (met[static_cast<std::size_t>(other)] != j) {
-                    met[static_cast<std::size_t>(other)] = j;
+                if (last_column[static_cast<std::size_t>(other)] != j) {
+                    last_column[static_cast<std::size_t>(other)] = j;
                     ++entries;
                 }
         }

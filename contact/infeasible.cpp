@@ -58,11 +58,11 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
     d = (d.array() > kShare).select(d, 0); // the tests below use the remaining direction
 
     full(rows) = d;
-    const Eigen::VectorXd felt = problem.W.transpose_times(full);
+    const Eigen::VectorXd image = problem.W.transpose_times(full);
     const Eigen::VectorXd size = problem.W.absolute_times(full); // symmetric enough for a size
     const double closing = -problem.q.dot(full);
     const double closing_size = problem.q.cwiseAbs().dot(full);
-    if (felt.norm() > kProofRoundOff * size.norm() || !(closing > kProofRoundOff * closing_size))
+    if (image.norm() > kProofRoundOff * size.norm() || !(closing > kProofRoundOff * closing_size))
         return {};
 
     InfeasibilityProof proof;
@@ -74,7 +74,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
         }
     proof.closing = closing;
     proof.holds_up_to =
-        felt.norm() > 0 ? closing / felt.norm() : std::numeric_limits<double>::infinity();
+        image.norm() > 0 ? closing / image.norm() : std::numeric_limits<double>::infinity();
     return proof;
 }
 

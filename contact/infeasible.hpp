@@ -19,7 +19,7 @@ std::optional<InfeasibilityProof> prove_infeasible(const ContactProblem& problem
 /// The frictionless problem of the same contacts, softened by `compliance` over the mean of W's
 /// normal diagonal: always solvable. Where q closes the gaps along a direction d >= 0 with W d = 0,
 /// its reactions are those of a bounded problem plus d times closing / compliance:
-/// the difference of two such solutions is the growth that prove_infeasible() asks for.
+/// the difference of two such solutions is the growth that prove_infeasible() requires.
 /// @param normal_rows  receives the row of each of its contacts in the original
 ContactProblem softened_normals(const ContactProblem& problem, double compliance,
                                 std::vector<Eigen::Index>& normal_rows);

@@ -26,14 +26,14 @@ std::vector<Issue> issues(const SolverOptions& options)
     return found;
 }
 
-ContactSolver contact_solver(const std::string& wanted)
+ContactSolver contact_solver(const std::string& requested)
 {
     std::string names;
     for (ContactSolver s : kContactSolvers) {
-        if (wanted == name(s)) return s;
+        if (requested == name(s)) return s;
         names += std::string(names.empty() ? "" : ", ") + name(s);
     }
-    throw InputError({{"solver options", "solver", wanted, names}});
+    throw InputError({{"solver options", "solver", requested, names}});
 }
 
 } // namespace amontons

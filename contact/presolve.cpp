@@ -78,10 +78,11 @@ ContactGroups coupled(const ContactProblem& problem, const std::vector<int>& off
             return groups;
         }
         const Delassus::Sparse& W = problem.W.sparse();
-        std::vector<int> met(static_cast<std::size_t>(n), -1); // the contact that joined it last
-        const auto meet = [&](int row, int j) {
+        std::vector<int> last_contact(static_cast<std::size_t>(n),
+                                      -1); // the contact that joined it last
+        const auto join_row = [&](int row, int j) {
             const int i = owner[static_cast<std::size_t>(row)];
-            int& last = met[static_cast<std::size_t>(i)];
+            int& last = last_contact[static_cast<std::size_t>(i)];
             if (i == j || last == j) return;
             last = j;
             groups.join(i, j);
@@ -93,10 +94,10 @@ ContactGroups coupled(const ContactProblem& problem, const std::vector<int>& off
             const double* const value = W.valuePtr() + W.outerIndexPtr()[column];
             for (int k = 0; k < count; ++k)
                 if (value[k] != 0 || value[count + k] != 0 || value[2 * count + k] != 0)
-                    meet(row[k], j);
+                    join_row(row[k], j);
             for (int c = column; count == 0 && c < column + columns; ++c)
                 for (Delassus::Sparse::InnerIterator it(W, c); it; ++it)
-                    if (it.value() != 0) meet(static_cast<int>(it.row()), j);
+                    if (it.value() != 0) join_row(static_cast<int>(it.row()), j);
         }
     }
     return groups;

@@ -99,7 +99,7 @@ std::vector<Issue> issues(const ContactProblem& problem)
     // A finite measure needs finite entries: the search for others is for the report only.
     if (std::isfinite(measure)) return found;
     reported = 0;
-    const auto look = [&](Eigen::Index i, Eigen::Index j, double value) {
+    const auto examine = [&](Eigen::Index i, Eigen::Index j, double value) {
         if (std::isfinite(value) || reported == kReportedOneByOne) return;
         report("W(" + std::to_string(i) + ", " + std::to_string(j) + ")", number_text(value),
                "finite");
@@ -108,11 +108,11 @@ std::vector<Issue> issues(const ContactProblem& problem)
     if (problem.W.is_dense()) {
         for (Eigen::Index j = 0; j < problem.W.cols(); ++j)
             for (Eigen::Index i = 0; i < problem.W.rows(); ++i)
-                look(i, j, problem.W.dense()(i, j));
+                examine(i, j, problem.W.dense()(i, j));
     } else if (problem.W.is_sparse()) {
         for (Eigen::Index j = 0; j < problem.W.cols(); ++j)
             for (Delassus::Sparse::InnerIterator it(problem.W.sparse(), j); it; ++it)
-                look(it.row(), j, it.value());
+                examine(it.row(), j, it.value());
     } else {
         report("W", "a product with a number that is not finite", "finite");
     }

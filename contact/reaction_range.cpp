@@ -261,12 +261,12 @@ ReactionRange::End ReactionRange::maximise(const Eigen::VectorXd& c, std::int64_
                 from + sign * step;
             continue;
         }
-        const Variable gone = basic_[std::size_t(leaves)];
+        const Variable leaving = basic_[std::size_t(leaves)];
         const bool at_upper = -sign * w[leaves] > 0;
-        if (gone.kind == Variable::slack) {
-            slack_basic_[std::size_t(gone.index)] = 0;
-            slack_[std::size_t(gone.index)] = at_upper ? upper(gone) : lower(gone);
-        } else if (gone.kind == Variable::share) {
+        if (leaving.kind == Variable::slack) {
+            slack_basic_[std::size_t(leaving.index)] = 0;
+            slack_[std::size_t(leaving.index)] = at_upper ? upper(leaving) : lower(leaving);
+        } else if (leaving.kind == Variable::share) {
             share_basic_ = false;
             share_ = at_upper ? 1 : 0;
         } // a ray is left at 0, what has any sign never leaves

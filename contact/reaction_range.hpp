@@ -55,8 +55,8 @@ public:
 
     /// The interval of c . r.
     /// @param work    multiplications that are permitted; reduced by those that were used
-    /// @param enough  the search may end at an interval of this width, whose ends some r reach:
-    ///                others may lie beyond
+    /// @param enough  the search may end at an interval of this width [unit of c . r], whose ends
+    ///                some r reach: others may lie beyond
     ReactionInterval interval(const Eigen::VectorXd& c, std::int64_t& work,
                               double enough = std::numeric_limits<double>::infinity());
 

@@ -17,10 +17,10 @@ std::vector<int> sorted(const std::vector<std::int32_t>& identity)
     return order;
 }
 
-void check_size(std::vector<Issue>& found, const char* place, std::size_t size, int wanted)
+void check_size(std::vector<Issue>& found, const char* place, std::size_t size, int expected)
 {
-    if (size != static_cast<std::size_t>(wanted))
-        found.push_back({"warm start", place, std::to_string(size), std::to_string(wanted)});
+    if (size != static_cast<std::size_t>(expected))
+        found.push_back({"warm start", place, std::to_string(size), std::to_string(expected)});
 }
 
 } // namespace

@@ -65,15 +65,15 @@ bool set_delassus(ReducedOperator<Real>& op, const Eigen::Ref<const Eigen::Matri
 
 PathBlend blend_of_samples(const SampledPath& way, double s)
 {
-    if (way.looks == 0 || (s < 0 && !way.backwards)) return {};
+    if (way.samples == 0 || (s < 0 && !way.backwards)) return {};
     if (s <= way.at[0]) {
         const double share = s / way.at[0];
         return {0, 0, std::min(share * share, kFarthestBack)};
     }
     int i = 1;
-    while (i < way.looks && s > way.at[std::size_t(i)])
+    while (i < way.samples && s > way.at[std::size_t(i)])
         ++i;
-    if (i == way.looks) return {i - 1, 0, 1};
+    if (i == way.samples) return {i - 1, 0, 1};
     const double from = way.at[std::size_t(i) - 1], to = way.at[std::size_t(i)];
     return {i, (to - s) / (to - from), (s - from) / (to - from)};
 }

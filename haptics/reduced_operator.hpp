@@ -16,12 +16,12 @@ namespace amontons {
 constexpr int kMostPathSamples = 24; ///< samples on a path
 constexpr int kMostPaths = 6;        ///< paths of an operator
 
-/// Linear interpolation between the samples of a path: between sample `look` - 1 (for 0: the pose
-/// itself) and sample `look`, with these weights.
+/// Linear interpolation between the samples of a path: between sample `sample` - 1 (for 0: the pose
+/// itself) and sample `sample`, with these weights.
 struct PathBlend {
     /// Number of the sample beyond the displacement.
-    int look = 0;
-    /// Weights of sample look - 1 and of sample look.
+    int sample = 0;
+    /// Weights of sample `sample` - 1 and of sample `sample`.
     double before = 0, there = 0;
 };
 
@@ -30,7 +30,7 @@ struct PathBlend {
 struct SampledPath {
     Vec6 ahead = Vec6::Zero();                 ///< [1/m], [1/rad]
     bool backwards = false;                    ///< s < 0 counts, too: as on a circle
-    int looks = 0;                             ///< number of samples; 0: none
+    int samples = 0;                           ///< number of samples; 0: none
     std::array<double, kMostPathSamples> at{}; ///< s of them, rising, > 0 [-]
     std::array<Wrench, kMostPathSamples> rest;
     std::vector<Vec3> bend; ///< of q: kMostPathSamples of each contact [m]
@@ -73,7 +73,7 @@ template <class Real> struct ReducedOperator {
     /// W by columns, in the order of memory.
     std::vector<Line> W;
     int stride = 0;                ///< a multiple of 64 bytes
-    std::vector<Mat3> own;         ///< W_ii / compliance as the loop sees it; the first n count
+    std::vector<Mat3> own;         ///< W_ii / compliance in single precision; the first n count
     std::vector<LocalBlock> block; ///< the same prepared: a tick has no time for it
 
     double compliance = 1; ///< trace(W) / 3n [m/N]
@@ -117,7 +117,7 @@ PathBlend blend_of_samples(const SampledPath& way, double s);
 Eigen::Matrix<double, 3, 6> rigid_jacobian(const Mat3& frame, const Vec3& arm);
 
 /// The spring between device and virtual tool (virtual coupling) as part of W: adds J C J^T with
-/// C = diag(1/k, 1/k, 1/k, 1/k_turn, ...). The tool is then where the contacts let it be, and the
+/// C = diag(1/k, 1/k, 1/k, 1/k_turn, ...). The tool is then where the contacts permit, and the
 /// device feels k times its distance from there: the proxy.
 /// @param J  3n x 6
 /// @param k  [N/m];  @param k_turn  [N m/rad]; infinite: held rigidly

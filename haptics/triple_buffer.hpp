@@ -18,10 +18,10 @@ namespace amontons {
 ///           there is the next back()      |           only if fresh; the old front() lies there
 ///
 /// The three indices are a permutation of the three slots at every moment, since each thread only
-/// swaps its own with the middle in one atomic step: no slot is seen by both. The exchange is
-/// acquire and release: what was written before publish() is seen after the fetch() that takes it,
-/// and the slot that comes back is no longer read. What is published twice between two fetches is
-/// read only the second time: the newest counts.
+/// swaps its own with the middle in one atomic step: no slot is accessible to both. The exchange is
+/// acquire and release: what was written before publish() is visible after the fetch() that takes
+/// it, and the returned slot is no longer read. What is published twice between two fetches is read
+/// only the second time: the newest counts.
 template <class T> class TripleBuffer {
 public:
     /// Three copies, made here: where T holds its memory, nothing is allocated later.
@@ -31,7 +31,7 @@ public:
 
     /// Producer only: the slot to fill. Its content is that of some earlier publication.
     T& back() { return slot_[back_]; }
-    /// Producer only: hands back() over.
+    /// Producer only: publishes back().
     void publish()
     {
         back_ =

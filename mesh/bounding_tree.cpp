@@ -219,7 +219,7 @@ double NearbyTriangles::gather(const BoundingTree& tree, const Vec3& centre, dou
 NearestTriangle NearbyTriangles::nearest(const Vec3& x, std::int32_t& near) const
 {
     NearestTriangle best;
-    const auto look_at = [&](std::size_t i) {
+    const auto visit = [&](std::size_t i) {
         const auto& t = tree_->corners_[at(tree_->place_[at(triangles_[i])])];
         const TrianglePoint p = closest_on_triangle(x, t.a, t.b, t.c);
         const double squared = (x - p.point).squaredNorm();
@@ -228,7 +228,7 @@ NearestTriangle NearbyTriangles::nearest(const Vec3& x, std::int32_t& near) cons
         near = static_cast<std::int32_t>(i);
     };
     const std::size_t first = std::min(at(near), triangles_.size() - 1);
-    look_at(first);
+    visit(first);
     // One pass without branches rules most triangles out.
     const double reach = std::sqrt(best.squared) * (1 + 1e-9);
     const double px = x[0], py = x[1], pz = x[2];
@@ -239,7 +239,7 @@ NearestTriangle NearbyTriangles::nearest(const Vec3& x, std::int32_t& near) cons
             static_cast<char>((dx * dx + dy * dy + dz * dz <= r * r) & (std::abs(height) <= reach));
     }
     for (std::size_t i = 0; i < triangles_.size(); ++i)
-        if (kept_[i] && i != first) look_at(i);
+        if (kept_[i] && i != first) visit(i);
     return best;
 }
 

@@ -243,7 +243,7 @@ CurveLocation Centreline::nearest(const Vec3& x, std::int32_t hint) const
 {
     CurveLocation best;
     double best_squared = std::numeric_limits<double>::infinity(), reach = best_squared;
-    const auto look_at = [&](std::size_t i) {
+    const auto visit = [&](std::size_t i) {
         double u = 0;
         const double squared = nearest_(pieces_[i], x, best_squared, u);
         const auto piece = static_cast<std::int32_t>(i);
@@ -255,7 +255,7 @@ CurveLocation Centreline::nearest(const Vec3& x, std::int32_t hint) const
         }
     };
     const bool hinted = hint >= 0 && hint < piece_count();
-    if (hinted) look_at(at_(hint));
+    if (hinted) visit(at_(hint));
     for (std::size_t g = 0; g < groups_.size(); ++g) {
         const double group_bound = reach * (1 + 1e-12) + groups_[g].radius;
         if ((x - groups_[g].centre).squaredNorm() > group_bound * group_bound) continue;
@@ -264,7 +264,7 @@ CurveLocation Centreline::nearest(const Vec3& x, std::int32_t hint) const
             if (hinted && i == at_(hint)) continue;
             const double bound = reach * (1 + 1e-12) + pieces_[i].ball_radius;
             if ((x - pieces_[i].ball_centre).squaredNorm() > bound * bound) continue;
-            look_at(i);
+            visit(i);
         }
     }
     return best;

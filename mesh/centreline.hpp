@@ -48,6 +48,7 @@ public:
     /// Continues straight.
     /// @param length      [m], > 0
     /// @param end_radius  [m], > 0; linear from the radius reached so far
+    /// @throws InputError  a number out of its range
     void append_line(double length, double end_radius);
 
     /// Continues along a circular arc without a kink.
@@ -57,6 +58,7 @@ public:
     ///                     [rad]; the normal is carried along the curve without twist, so after
     ///                     an arc with turn 0 an arc with turn pi bends back
     /// @param end_radius   [m], > 0; linear from the radius reached so far
+    /// @throws InputError  a number out of its range
     void append_arc(double bend_radius, double angle, double turn, double end_radius);
 
     /// Number of pieces.

@@ -1,7 +1,7 @@
 #pragma once
 
+#include "mesh/base/text.hpp"
 #include "mesh/base/types.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/surface_mesh.hpp"
 
 #include <cstddef>

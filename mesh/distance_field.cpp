@@ -50,7 +50,7 @@ struct Block {
     std::array<double, kRow * kRow * kRow> c;
 };
 
-// Value, first and second derivative of the four B-splines that meet in a cell.
+// Value, first and second derivative of the four B-splines that are nonzero in a cell.
 void basis(double t, double w[4], double d[4], double dd[4])
 {
     const double s = 1 - t;
@@ -86,10 +86,10 @@ struct DistanceField::Shared {
     std::string path; // of the file of samples, or ""
     std::vector<std::string> messages;
     bool sampled = false;      // since the file was read
-    std::vector<Key> expected; // blocks that will probably be asked for, the latest last
+    std::vector<Key> expected; // blocks that will probably be requested, the latest last
     std::condition_variable_any wake;
 
-    struct Wanted {
+    struct NewBrick {
         Key key;
         Brick* samples;
     };
@@ -106,7 +106,7 @@ struct DistanceField::Shared {
     {
         if (bricks.size() > kMostBricks) bricks.clear();
         std::array<const Brick*, 27> found;
-        std::vector<Wanted> wanted;
+        std::vector<NewBrick> new_bricks;
         std::size_t n = 0;
         for (int i = 0; i < 3; ++i) // samples -4 .. 7 of the block's cells
             for (int j = 0; j < 3; ++j)
@@ -115,24 +115,24 @@ struct DistanceField::Shared {
                     std::unique_ptr<Brick>& slot = bricks[key];
                     if (!slot) {
                         slot = std::make_unique<Brick>();
-                        wanted.push_back({key, slot.get()});
+                        new_bricks.push_back({key, slot.get()});
                     }
                     found[n++] = slot.get();
                 }
-        if (wanted.empty()) return found;
+        if (new_bricks.empty()) return found;
         sampled = true;
         const auto sample = [&](std::size_t begin, std::size_t end) {
             for (std::size_t w = begin; w < end; ++w)
-                sample_brick(wanted[w].key, origin, edges, *wanted[w].samples);
+                sample_brick(new_bricks[w].key, origin, edges, *new_bricks[w].samples);
         };
         // Threads of its own: those of OpenMP would wait busily from one block to the next.
-        const std::size_t parts = std::clamp<std::size_t>(wanted.size() / kLeastShare, 1,
+        const std::size_t parts = std::clamp<std::size_t>(new_bricks.size() / kLeastShare, 1,
                                                           static_cast<std::size_t>(threads));
         std::vector<std::future<void>> others;
         for (std::size_t k = 1; k < parts; ++k)
-            others.push_back(std::async(std::launch::async, sample, wanted.size() * k / parts,
-                                        wanted.size() * (k + 1) / parts));
-        sample(0, wanted.size() / parts);
+            others.push_back(std::async(std::launch::async, sample, new_bricks.size() * k / parts,
+                                        new_bricks.size() * (k + 1) / parts));
+        sample(0, new_bricks.size() / parts);
         for (std::future<void>& other : others)
             other.get();
         return found;
@@ -175,8 +175,8 @@ struct DistanceField::Shared {
         wake.notify_one();
     }
 
-    /// A block, filled if no view has asked for it yet. Views wait for each other here.
-    /// @param before  where the point was that asks for it, or nullptr
+    /// A block, filled if no view has requested it yet. Views wait for each other here.
+    /// @param before  where the point of the query was before, or nullptr
     std::shared_ptr<const Block> block(const Key& key, const Key* before, const Vec3& origin,
                                        const Mat3& edges)
     {

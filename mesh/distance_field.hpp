@@ -44,8 +44,8 @@ Mat3 axes_of(std::span<const Vec3> points);
 /// `distance` is the spline itself (not divided by the size of its gradient), so that its
 /// level sets are exactly orthogonal to `normal`.
 /// Memory: 2.8 kB for each block of 4^3 cells touched, and 0.6 kB for each 4^3 samples in or
-/// around them; at most 80 MB, beyond which what was filled first is filled again when it is asked
-/// for again.
+/// around them; at most 80 MB, beyond which what was filled first is dropped, and filled again when it is evaluated
+/// again.
 class DistanceField {
 public:
     /// @param source   true distance, not null

@@ -40,7 +40,7 @@ struct SurfaceEdge {
     double angle = 0;
 };
 
-/// An edge where more than two faces meet.
+/// An edge of more than two faces.
 struct CrowdedEdge {
     /// The two nodes.
     std::array<std::int32_t, 2> nodes{};

@@ -103,12 +103,12 @@ Orienting orient_consistently(SurfaceMesh& mesh)
             const std::size_t here = component[i];
             for (const Neighbour& n : neighbours[here]) {
                 const auto there = static_cast<std::size_t>(n.triangle);
-                const char wanted = (state[here] == turned) != n.disagrees ? turned : kept;
+                const char orientation = (state[here] == turned) != n.disagrees ? turned : kept;
                 if (state[there] == unseen) {
-                    state[there] = wanted;
-                    turned_count += wanted == turned;
+                    state[there] = orientation;
+                    turned_count += orientation == turned;
                     component.push_back(there);
-                } else if (state[there] != wanted) {
+                } else if (state[there] != orientation) {
                     result.orientable = false;
                 }
             }

@@ -10,7 +10,7 @@
 namespace amontons {
 namespace {
 
-constexpr idx_t kSeed = 1; // METIS draws at random; ours is always the same
+constexpr idx_t kSeed = 1; // METIS uses random numbers; with this seed the order is always the same
 
 std::vector<std::int32_t> inverse(const std::vector<std::int32_t>& order)
 {

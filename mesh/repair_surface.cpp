@@ -61,9 +61,9 @@ bool ascending(const RepairedTriangle& t)
     return t[(least + 1) % 3] < t[(least + 2) % 3];
 }
 
-/// The same three vertices, whichever way around: the later ones go. If they lie back to back and
-/// an even number of other triangles is at each edge, the first one passes as well: they enclose
-/// nothing, and the others are closed without them.
+/// The same three vertices, in either orientation: the later ones are removed. If they lie back to
+/// back and an even number of other triangles is at each edge, the first one passes as well: they
+/// enclose nothing, and the others are closed without them.
 std::int64_t remove_repeated(SurfaceMesh& mesh)
 {
     struct Copies {
@@ -110,7 +110,7 @@ std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
         triangles_at[{std::min(e.begin, e.end), std::max(e.begin, e.end)}].push_back(e.triangle);
     std::vector<char> changed(mesh.triangles.size());
     std::vector<RepairedTriangle> added;
-    std::vector<std::size_t> gone;
+    std::vector<std::size_t> removed;
     for (std::size_t i = 0; i < mesh.triangles.size(); ++i) {
         const RepairedTriangle t = mesh.triangles[i];
         if (changed[i]) continue;
@@ -127,7 +127,7 @@ std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
         const std::vector<std::int32_t>& both = triangles_at.at({std::min(a, c), std::max(a, c)});
         if (both.size() == 1) { // at a border nothing is left open: b lies on it
             changed[i] = true;
-            gone.push_back(i);
+            removed.push_back(i);
             continue;
         }
         if (both.size() != 2) continue; // a crowded edge: stays, and is reported
@@ -143,12 +143,12 @@ std::int64_t divide_beside_flat(SurfaceMesh& mesh, double diagonal)
         mesh.triangles[other] = left;
         added.push_back(right);
         changed[other] = changed[i] = true;
-        gone.push_back(i);
+        removed.push_back(i);
     }
-    for (std::size_t n = gone.size(); n-- > 0;)
-        mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(gone[n]));
+    for (std::size_t n = removed.size(); n-- > 0;)
+        mesh.triangles.erase(mesh.triangles.begin() + static_cast<std::ptrdiff_t>(removed[n]));
     mesh.triangles.insert(mesh.triangles.end(), added.begin(), added.end());
-    return static_cast<std::int64_t>(gone.size());
+    return static_cast<std::int64_t>(removed.size());
 }
 
 std::int64_t remove_unused(SurfaceMesh& mesh)
@@ -166,9 +166,9 @@ std::int64_t remove_unused(SurfaceMesh& mesh)
     for (RepairedTriangle& t : mesh.triangles)
         for (std::int32_t& corner : t)
             corner = number[static_cast<std::size_t>(corner)];
-    const auto gone = static_cast<std::int64_t>(mesh.points.size() - kept.size());
+    const auto removed = static_cast<std::int64_t>(mesh.points.size() - kept.size());
     mesh.points = std::move(kept);
-    return gone;
+    return removed;
 }
 
 bool is_closed_and_consistent(const SurfaceMesh& mesh)
@@ -213,21 +213,21 @@ std::string counted(std::int64_t n, const char* one, const char* many)
 std::vector<std::string> sentences(const SurfaceRepair& r)
 {
     std::vector<std::string> all;
-    const auto say = [&](std::int64_t n, const char* one, const char* many, const char* what) {
+    const auto note = [&](std::int64_t n, const char* one, const char* many, const char* what) {
         if (n > 0) all.push_back("repaired: " + counted(n, one, many) + " " + what);
     };
-    say(r.merged, "vertex", "vertices", "merged with another at the same place");
-    say(r.collapsed, "triangle", "triangles", "with a vertex twice left out");
-    say(r.flat, "triangle", "triangles", "without area left out, the neighbour divided instead");
-    say(r.repeated, "triangle", "triangles", "that were there twice left out");
-    say(r.turned, "triangle", "triangles", "turned to face the side of the neighbours");
+    note(r.merged, "vertex", "vertices", "merged with another at the same place");
+    note(r.collapsed, "triangle", "triangles", "with a vertex twice left out");
+    note(r.flat, "triangle", "triangles", "without area left out, the neighbour divided instead");
+    note(r.repeated, "triangle", "triangles", "that were there twice left out");
+    note(r.turned, "triangle", "triangles", "turned to face the side of the neighbours");
     if (r.turned_around)
         all.push_back("repaired: all normals pointed inwards, turned outwards");
     else
-        say(r.turned_parts, "part", "parts",
-            "turned around: outwards, or inwards where it lies within another as a cavity");
-    say(r.unused, "vertex", "vertices", "of no triangle left out");
-    say(r.closed_holes, "hole", "holes", "closed with triangles to the centre of the border");
+        note(r.turned_parts, "part", "parts",
+             "turned around: outwards, or inwards where it lies within another as a cavity");
+    note(r.unused, "vertex", "vertices", "of no triangle left out");
+    note(r.closed_holes, "hole", "holes", "closed with triangles to the centre of the border");
     return all;
 }
 

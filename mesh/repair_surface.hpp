@@ -26,14 +26,14 @@ struct SurfaceRepair {
 std::vector<std::string> sentences(const SurfaceRepair& repair);
 
 /// Mends what has one meaning only: vertices at the same place (exactly, or nearer than 1e-9 of
-/// the diagonal), triangles with a vertex twice, without area or there twice (both go if they lie
+/// the diagonal), triangles with a vertex twice, without area or repeated (both are removed if they lie
 /// back to back and belong to nothing else), triangles that face the other side than their
 /// neighbours, vertices of no triangle; a closed surface then faces outwards, around a cavity into
 /// it. Holes, edges of many triangles and self-intersections stay: see check_surface.
 SurfaceRepair repair_surface(SurfaceMesh& mesh);
 
 /// Fills each hole with triangles between its border and the border's centre, so that the surface
-/// becomes closed; the border stays an edge. Which holes were meant is for the caller to know.
+/// becomes closed; the border stays an edge. The caller decides which holes are intended.
 /// @param mesh   of repair_surface
 /// @param which  holes to be closed; null: all
 /// @return       holes that were closed

@@ -7,8 +7,8 @@
 #include <numeric>
 
 // Broad phase: a tree of boxes, halved at the median of the longer side, walked against itself.
-// Narrow phase: two triangles meet outside their shared vertices exactly if an edge of one that
-// holds no shared vertex meets the other one. Why the edges opposite of a shared vertex suffice:
+// Narrow phase: two triangles touch outside their shared vertices exactly if an edge of one that
+// holds no shared vertex touches the other one. Why the edges opposite of a shared vertex suffice:
 // both triangles are stars seen from it, so what they have in common is one too; a ray of it
 // leaves one of the triangles first, and it leaves it through the edge opposite.
 
@@ -111,7 +111,7 @@ bool opposite_edge_intersects(const CornerPlaces& a, std::size_t i, const Corner
     return segment_intersects(p, q, side_p, side_q, b);
 }
 
-/// Both share the edge p, q: they meet elsewhere only if folded flat onto each other.
+/// Both share the edge p, q: they touch elsewhere only if folded flat onto each other.
 bool folded(const Vec3& p, const Vec3& q, const Vec3& a, const Vec3& b)
 {
     if (orientation(p, q, a, b) != 0) return false;
@@ -129,7 +129,7 @@ public:
         return {point(v[0]), point(v[1]), point(v[2])};
     }
 
-    bool meet(std::int32_t t, std::int32_t u) const
+    bool touch(std::int32_t t, std::int32_t u) const
     {
         const TriangleCorners& a = mesh_.triangles[static_cast<std::size_t>(t)];
         const TriangleCorners& b = mesh_.triangles[static_cast<std::size_t>(u)];
@@ -182,21 +182,21 @@ public:
             split(n);
     }
 
-    /// Calls visit(t, u), t < u, for all pairs of triangles whose boxes meet, until it returns
+    /// Calls visit(t, u), t < u, for all pairs of triangles whose boxes overlap, until it returns
     /// false.
     /// @return  how many pairs of boxes were examined
     template <class Visit> std::int64_t for_each_pair(Visit visit) const
     {
-        std::int64_t looked_at = 0;
+        std::int64_t visited = 0;
         std::vector<std::array<std::int32_t, 2>> todo = {{0, 0}};
         while (!todo.empty()) {
             const auto [m, n] = todo.back();
             todo.pop_back();
-            ++looked_at;
+            ++visited;
             const Node &a = node(m), &b = node(n);
             if (m != n && !a.box.intersects(b.box)) continue;
             if (a.left < 0 && b.left < 0) {
-                if (!leaf_pairs(a, b, visit, looked_at)) break;
+                if (!leaf_pairs(a, b, visit, visited)) break;
             } else if (m == n) {
                 todo.push_back({a.left, a.left});
                 todo.push_back({a.left + 1, a.left + 1});
@@ -209,7 +209,7 @@ public:
                 todo.push_back({m, b.left + 1});
             }
         }
-        return looked_at;
+        return visited;
     }
 
 private:
@@ -243,13 +243,13 @@ private:
     }
 
     template <class Visit>
-    bool leaf_pairs(const Node& a, const Node& b, Visit& visit, std::int64_t& looked_at) const
+    bool leaf_pairs(const Node& a, const Node& b, Visit& visit, std::int64_t& visited) const
     {
         for (std::int32_t i = a.begin; i < a.end; ++i) {
             const std::int32_t t = order_[static_cast<std::size_t>(i)];
             for (std::int32_t j = &a == &b ? i + 1 : b.begin; j < b.end; ++j) {
                 const std::int32_t u = order_[static_cast<std::size_t>(j)];
-                ++looked_at;
+                ++visited;
                 if (box(t).intersects(box(u)) && !visit(std::min(t, u), std::max(t, u)))
                     return false;
             }
@@ -281,7 +281,7 @@ SelfIntersections find_self_intersections(const SurfaceMesh& mesh, std::size_t m
 
     SelfIntersections found;
     found.compared = tree.for_each_pair([&](std::int32_t t, std::int32_t u) {
-        if (!pairs.meet(t, u)) return true;
+        if (!pairs.touch(t, u)) return true;
         ++found.count;
         // A heap of the smallest ones: what is shown does not depend on the walk.
         found.pairs.push_back({t, u});

@@ -18,7 +18,7 @@ struct SelfIntersections {
 /// Finds where a surface passes through or touches itself.
 ///
 /// Touching counts: a vertex of one triangle on another, two triangles in one plane that
-/// overlap, a fold. Triangles that share a vertex meet there as they should; what counts is any
+/// overlap, a fold. Triangles that share a vertex touch there as they should; what counts is any
 /// other point. Triangles without area are left out. Decided by exact signs, not by a tolerance.
 /// @param mesh  vertices at the same place must be merged (weld), else they touch
 /// @param most  pairs to keep

@@ -1,6 +1,6 @@
 #include "mesh/size_check.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <Eigen/Geometry>
 

@@ -74,8 +74,8 @@ struct Rays {
     }
 };
 
-/// Looks from the middles of pieces of triangles that are cut until they are no longer than twice
-/// what is to be distinguished there: the size, or what was found to be thinner.
+/// Searches from the middles of pieces of triangles that are cut until they are no longer than
+/// twice what is to be distinguished there: the size, or what was found to be thinner.
 class ThinParts {
 public:
     ThinParts(const SurfaceMesh& surface, const SizeField& size, std::vector<SmallFeature>& found)
@@ -99,7 +99,7 @@ public:
     {
         for (std::size_t k = 0; k < surface_.triangles.size(); ++k) {
             const auto& t = surface_.triangles[k];
-            look(static_cast<std::int32_t>(k), whole(t));
+            search_from(static_cast<std::int32_t>(k), whole(t));
         }
     }
 
@@ -120,7 +120,7 @@ private:
         return {rays_.corner(t, k), rays_.corner(t, (k + 1) % 3), top, top};
     }
 
-    void look(std::int32_t k, const Piece& p)
+    void search_from(std::int32_t k, const Piece& p)
     {
         const Vec3 n = rays_.normals[static_cast<std::size_t>(k)],
                    x = (p[0] + p[1] + p[2] + p[3]) / 4;
@@ -130,14 +130,14 @@ private:
         if (wall < (1 - 1e-6) * here) found_.push_back({"a wall", x - 0.5 * wall * n, wall, here});
         if (gap < (1 - 1e-6) * here) found_.push_back({"a gap", x + 0.5 * gap * n, gap, here});
         // Halved where it is long only: a slender one cut into triangles, or into four, would be
-        // examined far more often than its length asks for.
+        // examined far more often than its length requires.
         const double across = std::max((p[1] - p[0]).norm(), (p[3] - p[2]).norm()),
                      along = std::max((p[2] - p[1]).norm(), (p[0] - p[3]).norm());
         if (std::max(across, along) <= 2 * std::max(std::min({here, wall, gap}), finest_)) return;
         const std::size_t i = across > along ? 1 : 0;
         const Vec3 u = 0.5 * (p[1 + i] + p[(2 + i) % 4]), v = 0.5 * (p[(3 + i) % 4] + p[i]);
-        look(k, {p[i], p[1 + i], u, v});
-        look(k, {v, u, p[(2 + i) % 4], p[(3 + i) % 4]});
+        search_from(k, {p[i], p[1 + i], u, v});
+        search_from(k, {v, u, p[(2 + i) % 4], p[(3 + i) % 4]});
     }
 
     const SurfaceMesh& surface_;

@@ -7,7 +7,7 @@
 
 namespace amontons {
 
-/// Something of a surface that is smaller than the elements that are asked for there.
+/// A feature of a surface that is smaller than the elements requested there.
 struct SmallFeature {
     const char* what = "";  ///< "a wall", "a gap", "a sharp edge"
     Vec3 at = Vec3::Zero(); ///< [m]

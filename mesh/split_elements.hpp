@@ -11,7 +11,7 @@ namespace amontons {
 /// Cuts each hexahedron of a mesh into six tetrahedra that fit to those of its neighbours.
 ///
 /// Every face is cut along the diagonal through its node of lowest number, so both sides cut it
-/// alike; within a hexahedron all tetrahedra meet at its node of lowest number. Tetrahedra are not
+/// alike; within a hexahedron all tetrahedra share its node of lowest number. Tetrahedra are not
 /// inverted if the hexahedron's faces are nearly flat. Sets are carried over; labels are dropped.
 /// @param mesh  H8 alone
 VolumeMesh tetrahedra_of(const VolumeMesh& mesh);

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "mesh/base/error.hpp"
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <initializer_list>
 #include <string>
@@ -19,7 +19,7 @@ inline bool has_suffix(const std::string& path, std::string_view suffix)
 
 /// Advice on how to convert a file of another format into one that can be read, for the end of a
 /// message; "" where none is known.
-/// @param solid  a mesh of solids is wanted, else a surface
+/// @param solid  true for a mesh of solids, false for a surface
 inline std::string suffix_hint(const std::string& path, bool solid)
 {
     const auto any = [&](std::initializer_list<const char*> suffixes) {

@@ -1,7 +1,7 @@
 #include "mesh/surface_check.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/check_limits.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/near_points.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/self_intersection.hpp"

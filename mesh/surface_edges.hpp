@@ -15,7 +15,7 @@ struct HalfEdge {
 };
 
 /// All sides of all triangles, those of one edge next to each other. Triangles with a vertex
-/// twice (collapsed by weld) are left out, so that their neighbours meet.
+/// twice (collapsed by weld) are left out, so that their neighbours are adjacent.
 /// Edges come in the order of their smaller, then their larger vertex; within one, triangles
 /// in ascending order. O(n log n).
 std::vector<HalfEdge> sorted_half_edges(const SurfaceMesh& mesh);

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <limits>
 
-// Let e = x - c(u), d = |e|, m = e / d, and u(x) the foot: e . c' = 0. Differentiating that,
+// With e = x - c(u), d = |e|, m = e / d, and u(x) the foot: e . c' = 0. Differentiating that,
 //   D u_i = c'_i              D = c' . c' - e . c''
 //   D u_ij = c''_i u_j + u_i c''_j - (3 c' . c'' - e . c''') u_i u_j
 //   d_i = m_i

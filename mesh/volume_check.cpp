@@ -1,7 +1,7 @@
 #include "mesh/volume_check.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/check_limits.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/near_points.hpp"
 #include "mesh/neighbours.hpp"
 
@@ -203,7 +203,7 @@ bool VolumeReport::touches_itself() const
     return !crowded_edges.empty() || !pinched.empty();
 }
 
-bool VolumeReport::looks_like_millimetres() const
+bool VolumeReport::resembles_millimetres() const
 {
     return (highest - lowest).maxCoeff() > options.largest_size;
 }
@@ -275,7 +275,7 @@ std::vector<Issue> errors_of(const VolumeReport& report, const VolumeMesh& mesh,
     add(
         all, file, report.pinched, "elements that share an edge or a face",
         [&](std::int32_t n) { return words.node(n); },
-        [&](std::int32_t n) { return "elements that meet in this node only, " + words.at(n); });
+        [&](std::int32_t n) { return "elements that share this node only, " + words.at(n); });
     if (report.touches_itself()) add_coincident(all, file, report, words);
     return all;
 }

@@ -33,7 +33,7 @@ struct VolumeReport {
     std::vector<std::vector<FaceRef>> crowded_faces; ///< faces of more than two elements
     std::vector<std::vector<FaceRef>> one_sided;     ///< faces whose two elements overlap
     std::vector<CrowdedEdge> crowded_edges;          ///< of the surface; see SurfaceEdges
-    /// Nodes where elements meet that share no other node there: a joint, not a solid.
+    /// Nodes of elements that share no other node there: a joint, not a solid.
     std::vector<std::int32_t> pinched;
     std::vector<std::string> empty_sets;    ///< "face set \"top\""
     std::vector<std::string> nameless_sets; ///< "node set 2"
@@ -50,7 +50,7 @@ struct VolumeReport {
 
     bool touches_itself() const; ///< crowded edges or pinched nodes
     /// True if the mesh is so large that it is likely in millimetres.
-    bool looks_like_millimetres() const;
+    bool resembles_millimetres() const;
 };
 
 /// Determines everything in VolumeReport. O(n log n).

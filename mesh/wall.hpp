@@ -88,9 +88,10 @@ Wall make_wall(DistanceField field);
 /// @param axis, normal  any length > 0
 /// @throws InputError  if a number is not finite, a radius not positive or a direction zero
 Wall make_ball_wall(const Vec3& centre, double radius, bool inside);
-/// An infinite cylinder around the axis through `point` [m].
+/// An infinite cylinder around the axis through `point` [m]. @throws InputError  as above
 Wall make_cylinder_wall(const Vec3& point, const Vec3& axis, double radius, bool inside);
-/// A plane through `point` [m]; the free space is where its normal points.
+/// A plane through `point` [m]; the free space is where its normal points. @throws InputError  as
+/// above
 Wall make_plane_wall(const Vec3& point, const Vec3& normal);
 
 /// A way out of the free space: a disc across a vessel.

@@ -42,7 +42,7 @@ public:
         pid_ = pipes ? ::fork() : -1;
         if (pid_ == 0) { // only calls that are safe here, until exec
             ::prctl(PR_SET_PDEATHSIG, SIGKILL);
-            ::setpgid(0, 0); // Ctrl-C reaches us by our parent alone
+            ::setpgid(0, 0); // Ctrl-C arrives from the parent process alone
             if (::getppid() != parent) ::_exit(127);
             ::dup2(nothing, 0);
             ::dup2(out[1], 1);
@@ -169,7 +169,7 @@ void run_children(const std::vector<ChildJob>& jobs, int at_once, const std::ato
         for (const Child& c : running)
             for (int k = 0; k < 2; ++k)
                 if (c.pipes()[k] >= 0) ends.push_back({c.pipes()[k], POLLIN, 0});
-        // A child whose pipes are closed is about to end: look again soon.
+        // A child whose pipes are closed is about to end: poll again soon.
         ::poll(ends.data(), ends.size(), ends.empty() ? 1 : kPollPeriod);
         for (auto c = running.begin(); c != running.end();) {
             c->read();

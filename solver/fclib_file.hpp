@@ -11,7 +11,7 @@ namespace amontons {
 ///                     than memory, datasets that are missing or make no sense; or no module
 FclibProblem read_fclib(const std::string& path);
 
-/// The same from a file's bytes. @param path  for messages
+/// The same from a file's bytes. @param path  for messages  @throws InputError  as read_fclib
 FclibProblem parse_fclib(std::string_view bytes, const std::string& path);
 
 /// The bytes of a file with this problem, its solution and its guesses.

@@ -4,7 +4,7 @@
 #include <vector>
 
 // Heavy packages stand behind modules, libamontons-NAME.so, that are opened only when a scene
-// asks for them. A module's functions are plain C; its header specifies which there are.
+// needs them. A module's functions are plain C; its header specifies which there are.
 
 namespace amontons {
 

@@ -49,7 +49,7 @@ std::string lines(const std::string& output, const std::string& errors)
 
 } // namespace
 
-OutsideAnswer ask_outside_solver(const OutsideSolver& solver, const std::string& problem,
+OutsideAnswer run_outside_solver(const OutsideSolver& solver, const std::string& problem,
                                  double tolerance, const std::atomic<bool>* stop)
 {
     const ScratchFolder scratch;
@@ -71,9 +71,9 @@ OutsideAnswer ask_outside_solver(const OutsideSolver& solver, const std::string&
     if (!result) throw NoOutsideAnswer("was interrupted");
     OutsideAnswer answer;
     answer.seconds = result->seconds;
-    answer.said = lines(result->output, result->errors);
+    answer.printed = lines(result->output, result->errors);
     const auto refuse = [&](std::string what) {
-        if (const std::string last = last_line(answer.said); !last.empty()) what += ": " + last;
+        if (const std::string last = last_line(answer.printed); !last.empty()) what += ": " + last;
         throw NoOutsideAnswer(what);
     };
     if (result->out_of_time) refuse(fmt::format("did not end within {:.3g} s", job.most_seconds));
@@ -121,7 +121,7 @@ ContactSolution solve_outside(const OutsideSolver& solver, const ContactProblem&
     const ScratchFolder scratch;
     const std::string path = scratch.file("problem.hdf5");
     write_fclib(path, file);
-    const OutsideAnswer answer = ask_outside_solver(solver, path, options.tolerance, options.stop);
+    const OutsideAnswer answer = run_outside_solver(solver, path, options.tolerance, options.stop);
     const Eigen::Index rows = file.local->q.size();
     if (answer.solution.r.size() != rows)
         throw NoOutsideAnswer(fmt::format("wrote a reaction of {} numbers for {} rows",

@@ -11,7 +11,7 @@
 namespace amontons {
 
 /// `COMMAND PROBLEM SOLVED`, run by a shell, which writes into SOLVED a copy of PROBLEM with
-/// /solution. The tolerance that is asked of it is in its environment: AMONTONS_TOLERANCE.
+/// /solution. The required tolerance is in its environment: AMONTONS_TOLERANCE.
 struct OutsideSolver {
     /// Command line; the files follow it.
     std::string command;
@@ -28,21 +28,24 @@ public:
 /// Result of another program.
 struct OutsideAnswer {
     FclibSolution solution;
-    double seconds = 0; ///< wall time of the command [s]
-    std::string said;   ///< what it wrote to stdout and stderr
+    double seconds = 0;  ///< wall time of the command [s]
+    std::string printed; ///< what it wrote to stdout and stderr
 };
 
 /// @param problem  path of an FCLib file
 /// @param stop     ends the command once it is set; null: nothing does
 /// @throws NoOutsideAnswer  it failed, took too long or wrote no reaction
-OutsideAnswer ask_outside_solver(const OutsideSolver& solver, const std::string& problem,
+/// @param tolerance  relative error that its result is to have [-]
+OutsideAnswer run_outside_solver(const OutsideSolver& solver, const std::string& problem,
                                  double tolerance, const std::atomic<bool>* stop);
 
-/// Certifies a reaction as those of our own solvers are certified. @param r  rows of the problem
+/// Certifies a reaction as those of the program's own solvers are certified. @param r  rows of the
+/// problem
+/// @param tolerance  as SolverOptions::tolerance [-]
 ContactSolution judged(const ContactProblem& problem, const Eigen::VectorXd& r, double tolerance,
                        ErrorScope scope = ErrorScope::all_rows);
 
-/// Has a problem solved, and judges the answer.
+/// Runs the other program on a problem, and certifies its answer.
 /// @param warm_start  enters the file as a guess; may be empty
 /// @throws NoOutsideAnswer, and InputError if no file can be written
 ContactSolution solve_outside(const OutsideSolver& solver, const ContactProblem& problem,

@@ -1,10 +1,10 @@
 #include "solver/tetrahedralise.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/bounding_tree.hpp"
 #include "mesh/cgal/cgal_module.hpp"
 #include "mesh/extract_surface.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/quality.hpp"
 #include "mesh/repair_surface.hpp"
@@ -35,12 +35,12 @@ constexpr double kElementsPerCube = 22;  // in a cube of the size
 constexpr double kBytesPerElement = 700; // at the peak, with the mesh that is handed out
 constexpr double kBytesAtLeast = 40e6;
 constexpr double kMostElements = 50e6;
-constexpr double kSliverBound = 12; // dihedral angle that elements are moved to reach [deg]
-constexpr double kMostAsked = 300;  // questions for the size, a vertex (15 are usual): it is stuck
-constexpr double kKnife = -0.64;    // cosine between the normals of its two sides
-constexpr double kFlat = 1e-6;      // dihedral angle of an element without volume [rad]
-constexpr double kLeastSlope = 0.1; // of a rounded distance: 1 where nothing is thin
-constexpr int kRounds = 5;          // of halving elements where the surface touches itself
+constexpr double kSliverBound = 12;  // dihedral angle that elements are moved to reach [deg]
+constexpr double kMostQueries = 300; // questions for the size, a vertex (15 are usual): it is stuck
+constexpr double kKnife = -0.64;     // cosine between the normals of its two sides
+constexpr double kFlat = 1e-6;       // dihedral angle of an element without volume [rad]
+constexpr double kLeastSlope = 0.1;  // of a rounded distance: 1 where nothing is thin
+constexpr int kRounds = 5;           // of halving elements where the surface touches itself
 constexpr std::size_t kMostFeatures = 5; // small features that are shown
 constexpr const char* kOtherSurface =
     "a surface that can be followed; a smaller --size, --deviation or --feature-angle; or --repair "
@@ -148,12 +148,12 @@ struct Scaled {
     double length = 1; ///< [m]
     const SizeField* size = nullptr;
     const RoundedSolid* solid = nullptr; ///< null: the surface is meshed as it is
-    double asked = 0, most = 0;
+    double queries = 0, most = 0;
 
     static double at(const double* x, void* with)
     {
         auto& self = *static_cast<Scaled*>(with);
-        if (++self.asked > self.most)
+        if (++self.queries > self.most)
             throw std::runtime_error("it refines without end, most likely at a sharp angle");
         return self.size->at(self.centre + self.length * Vec3(x[0], x[1], x[2])) / self.length;
     }
@@ -241,7 +241,7 @@ struct Departure {
 
 /// What a mesh lost of its surface, or "" if nothing: CGAL's criteria do not guarantee it.
 /// @param places  out: where its surface touches itself
-std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Departure& vertices,
+std::string fault_of(const Tetrahedralised& t, const Topology& expected, const Departure& vertices,
                      const Departure& faces, std::vector<Vec3>& places)
 {
     const SurfaceEdges edges = find_edges(extract_surface(t.mesh), t.mesh.nodes);
@@ -257,11 +257,11 @@ std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Depa
     if (!places.empty())
         return "a mesh whose surface touches itself at " + std::to_string(places.size()) +
                (places.size() == 1 ? " place" : " places") + ", one " + place_of(places[0]);
-    if (edges.parts != asked.parts || edges.euler_characteristic != asked.euler)
+    if (edges.parts != expected.parts || edges.euler_characteristic != expected.euler)
         return "a mesh with " + std::to_string(edges.parts) + " outer surfaces of Euler number " +
                std::to_string(edges.euler_characteristic) +
-               " (the surface: " + std::to_string(asked.parts) + " of " +
-               std::to_string(asked.euler) + ")";
+               " (the surface: " + std::to_string(expected.parts) + " of " +
+               std::to_string(expected.euler) + ")";
     for (const auto& [departure, what] :
          {std::pair{&vertices, "a vertex of the surface "}, {&faces, "a face's middle "}})
         if (departure->distance > departure->allowed)
@@ -273,7 +273,8 @@ std::string fault_of(const Tetrahedralised& t, const Topology& asked, const Depa
     return "";
 }
 
-/// Two sides that meet at less than 50 degrees: there CGAL's refining for a manifold has no end.
+/// Two sides at less than 50 degrees to each other: there CGAL's refining for a manifold has no
+/// end.
 bool has_knife(const SurfaceMesh& surface)
 {
     const auto normal = [&](std::int32_t triangle) {
@@ -383,7 +384,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     for (const Vec3& x : surface.points)
         box.extend(x);
     Scaled scaled{box.center(), box.diagonal().norm(), &field, nullptr, 0, 0};
-    scaled.most = kMostAsked * (1000 + result.predicted_elements / 5);
+    scaled.most = kMostQueries * (1000 + result.predicted_elements / 5);
     std::optional<RoundedSolid> solid;
     if (o.repair > 0) scaled.solid = &solid.emplace(surface, o.repair);
     const std::vector<Vec3> begin = solid ? places_on(*solid, surface, 2 * o.size) : surface.points;
@@ -413,11 +414,11 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     // ---- Tolerances of the check
     const Entries cgal = module(file);
     // CGAL examines one place of a facet: the rest, and vertices on edges that are not kept, may be
-    // farther. Who asks for a deviation gets an error then.
+    // farther. A requested deviation is an error then.
     const auto allowed = [&](const Vec3& x) {
         return o.deviation > 0 ? 4 * deviation : std::max(4 * deviation, 0.25 * field.at(x));
     };
-    const Topology asked = topology_of(surface);
+    const Topology expected = topology_of(surface);
     std::vector<Vec3> rounded; // the surface's vertices, where they are now
     if (solid)
         for (Vec3 x : surface.points)
@@ -432,7 +433,7 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
     for (int round = 0; round < kRounds; ++round) {
         const SizeField now(o.size, sources, o.gradation);
         scaled.size = &now;
-        scaled.asked = 0;
+        scaled.queries = 0;
         ModuleMesh made{{}, cgal.free};
         char message[1000] = "";
         const auto start = std::chrono::steady_clock::now();
@@ -453,10 +454,10 @@ Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions&
         result.deviation = vertices.largest;
         result.face_deviation = faces.largest;
         std::vector<Vec3> places;
-        fault = solid ? fault_of(result, touches_itself ? topology_of(outside) : asked,
+        fault = solid ? fault_of(result, touches_itself ? topology_of(outside) : expected,
                                  departure(rounded, outside, allowed),
                                  departure(middles(outside), *solid, allowed), places)
-                      : fault_of(result, asked, vertices, faces, places);
+                      : fault_of(result, expected, vertices, faces, places);
         if (places.empty() && input.manifold == 0 && !fault.empty() &&
             result.least_dihedral < kFlat) {
             input.manifold = 1;

@@ -13,7 +13,7 @@ namespace amontons {
 
 /// Options of filling a surface.
 struct TetrahedraliseOptions {
-    double size = 0;                 ///< longest edge wanted [m], > 0
+    double size = 0;                 ///< longest edge of an element [m], > 0
     std::vector<SizeSource> sources; ///< where it is to be smaller
     double gradation = 0.3;          ///< growth of the size away from those [-], > 0
     /// Edges whose two normals differ by more are kept as edges of elements [rad].
@@ -58,7 +58,7 @@ double memory_limit(const TetrahedraliseOptions& options);
 /// @throws InputError  options out of range; a surface that is open, touches itself or has edges of
 ///                     more than two triangles (repair: may touch itself); features below the size;
 ///                     more memory than allowed; no module; a surface that CGAL does not mesh, or
-///                     whose mesh is not what was asked for
+///                     whose mesh is not the requested one
 /// @throws std::bad_alloc
 Tetrahedralised tetrahedralise(SurfaceMesh surface, const TetrahedraliseOptions& options,
                                const std::string& file, std::vector<std::string>& notes);

@@ -1,7 +1,7 @@
 #include "solver/tetrahedralise_repair.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/extract_surface.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/self_intersection.hpp"
 #include "mesh/surface_edges.hpp"

@@ -213,9 +213,9 @@ class Trials:
     def trial(self, name, kind):
         folder = self.work / "out"
         shutil.rmtree(folder, ignore_errors=True)
-        goes_on = (self.fill(name, folder) if kind == "full disk" else self.kill(name, folder) if kind == "kill -9" else
+        continues = (self.fill(name, folder) if kind == "full disk" else self.kill(name, folder) if kind == "kill -9" else
                    self.kill(name, folder, (signal.SIGTERM, signal.SIGHUP, signal.SIGINT)))
-        again = subprocess.run(self.command(name, folder, *(["--resume"] if goes_on else [])),
+        again = subprocess.run(self.command(name, folder, *(["--resume"] if continues else [])),
                                capture_output=True, text=True)
         assert again.returncode == 0, f"resumed: exit code {again.returncode}: {again.stderr.strip()}"
         history, frames, results, _, _ = self.whole[name]
@@ -224,7 +224,7 @@ class Trials:
         assert found.keys() == frames.keys(), "other frames"
         assert found == frames, "other bytes in a frame"
         assert results_of(folder) == results, "other results"
-        return goes_on
+        return continues
 
 
 def main():

@@ -136,6 +136,7 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
             names += (names.empty() ? "one of " : ", ") + quoted_text(s.name);
         f.issue("scene", quoted_text(m.scene), names);
     }
+    // ---- Kind of the measure
     m.what = f.text("what");
     m.note = f.text("note");
     const bool order = f.has("order");
@@ -144,6 +145,7 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
     if (kinds != 1 && json.is_object())
         f.issue("", fmt::format("{} of quantity, curve, refused, problem and left_out", kinds),
                 "one of them");
+    // ---- Fields of each kind
     if (order) {
         m.kind = CaseMeasure::Kind::order;
         m.quantity = f.text("quantity", true);
@@ -167,7 +169,7 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
     } else if (f.has("quantity") && f.is_text("reference")) {
         m.kind = CaseMeasure::Kind::text;
         m.quantity = f.text("quantity", true);
-        m.says = f.text("reference");
+        m.expected = f.text("reference");
         if (m.what.empty()) m.what = m.quantity;
     } else if (f.has("quantity")) {
         m.quantity = f.text("quantity", true);
@@ -190,19 +192,19 @@ CaseMeasure read_measure(const Json& json, const std::string& file, const std::s
         if (m.what.empty()) m.what = m.y + " over " + m.x;
     } else if (f.has("refused")) {
         m.kind = CaseMeasure::Kind::refusal;
-        m.says = f.text("refused", true);
-        if (m.what.empty()) m.what = "refused: " + m.says;
+        m.expected = f.text("refused", true);
+        if (m.what.empty()) m.what = "refused: " + m.expected;
     } else if (f.has("problem")) {
         m.kind = CaseMeasure::Kind::problem;
         m.file = f.text("problem", true);
         if (!m.file.empty() && !exists(m.file))
             f.issue("problem", quoted_text(m.file), "a file beside case.json");
-        m.says = f.one_of("status", {"converged", "infeasible"}, "converged");
+        m.expected = f.one_of("status", {"converged", "infeasible"}, "converged");
         m.tolerance = f.number("tolerance", true, 0, 0);
         if (m.what.empty()) m.what = fs::path(m.file).stem().string();
     } else if (left_out) {
         m.kind = CaseMeasure::Kind::left_out;
-        m.says = f.text("left_out", true);
+        m.expected = f.text("left_out", true);
         if (m.what.empty()) f.issue("what", "nothing", "what is left out, in words");
     }
     f.done();
@@ -224,7 +226,8 @@ std::string first_paragraph(const std::string& text)
     return out;
 }
 
-/// What `amontons solve` states of a problem: its error, or whether it is infeasible as it must be.
+/// The result of `amontons solve` for a problem: its error, or whether it is infeasible as it must
+/// be.
 Measured solved(const CaseMeasure& m, const std::string& what, const SceneAnswer& answer)
 {
     if (answer.json.empty()) {
@@ -236,9 +239,10 @@ Measured solved(const CaseMeasure& m, const std::string& what, const SceneAnswer
     const Json json = parse_json(answer.json, "the solver's answer", issues);
     if (!issues.empty()) throw InputError(issues);
     const std::string status = json.value("status", "");
-    const bool right = status == m.says || (m.says == "converged" && status == "at_round_off");
-    Measured row = at_most(what + ": " + m.says, right ? 0 : 1, 0);
-    if (m.says == "converged")
+    const bool right =
+        status == m.expected || (m.expected == "converged" && status == "at_round_off");
+    Measured row = at_most(what + ": " + m.expected, right ? 0 : 1, 0);
+    if (m.expected == "converged")
         row = at_most(what + ": error", right ? json.value("error", kNaN) : kNaN, m.tolerance);
     row.note = fmt::format("{} contacts, {}", json.value("contacts", 0), status);
     return row;
@@ -428,14 +432,14 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
                               const std::string& data)
 {
     std::map<std::string, SceneAnswer> answers;
-    std::map<std::string, std::pair<std::string, std::vector<std::string>>> asked;
+    std::map<std::string, std::pair<std::string, std::vector<std::string>>> scene_runs;
     for (const CaseScene& s : c.scenes) {
         std::vector<std::string> set = s.set;
         for (std::string& text : set)
             if (const std::size_t at = text.find("{data}"); at != std::string::npos)
                 text.replace(at, 6, data);
         const std::string file = (fs::path(c.folder) / s.file).string();
-        asked[s.name] = {file, set};
+        scene_runs[s.name] = {file, set};
         // What only orders examine runs with their values.
         if (std::ranges::all_of(c.measures, [&](const CaseMeasure& m) {
                 return m.scene != s.name || m.kind == CaseMeasure::Kind::order;
@@ -443,12 +447,13 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
             continue;
         answers[s.name] = run(file, set);
     }
+    // ---- A row for each measure
     std::vector<Measured> rows;
     for (std::size_t i = 0; i < c.measures.size(); ++i) {
         const CaseMeasure& m = c.measures[i];
         const std::string what = m.scene.empty() ? m.what : m.what + ", " + m.scene;
         if (m.kind == CaseMeasure::Kind::left_out) {
-            rows.push_back(left_out(what, m.says));
+            rows.push_back(left_out(what, m.expected));
             continue;
         }
         if (m.kind == CaseMeasure::Kind::problem) {
@@ -457,7 +462,7 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
             continue;
         }
         if (m.kind == CaseMeasure::Kind::order) {
-            const auto& [file, set] = asked.at(m.scene);
+            const auto& [file, set] = scene_runs.at(m.scene);
             rows.push_back(order_of(m, what, c, file, set, run));
             if (!m.note.empty())
                 rows.back().note =
@@ -466,10 +471,10 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
         }
         const SceneAnswer& answer = answers.at(m.scene);
         if (m.kind == CaseMeasure::Kind::refusal) {
-            const bool said = answer.exit_code == 2 || answer.exit_code == 3
-                                  ? answer.last_words.find(m.says) != std::string::npos
-                                  : false;
-            rows.push_back(at_most(what, said ? 0 : 1, 0));
+            const bool refused = answer.exit_code == 2 || answer.exit_code == 3
+                                     ? answer.last_words.find(m.expected) != std::string::npos
+                                     : false;
+            rows.push_back(at_most(what, refused ? 0 : 1, 0));
             rows.back().note = answer.exit_code == 0 ? "the run was done" : answer.last_words;
             continue;
         }
@@ -490,9 +495,9 @@ std::vector<Measured> measure(const FolderCase& c, const RunScene& run, const So
                 throw InputError(
                     {{c.folder + "/case.json", fmt::format("measure.{}.quantity", i),
                       quoted_text(m.quantity), study::allowed_names(numbers, texts, m.quantity)}});
-            rows.push_back(at_most(fmt::format("{} is {}", what, quoted_text(m.says)),
-                                   *found == m.says ? 0 : 1, 0));
-            if (*found != m.says) found_else = "it is " + quoted_text(*found);
+            rows.push_back(at_most(fmt::format("{} is {}", what, quoted_text(m.expected)),
+                                   *found == m.expected ? 0 : 1, 0));
+            if (*found != m.expected) found_else = "it is " + quoted_text(*found);
         } else {
             const std::optional<double> found = study::find(numbers, m.quantity);
             if (!found)

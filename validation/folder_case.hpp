@@ -41,7 +41,7 @@ struct CaseMeasure {
     std::string file, x, y;
     // a refusal: the run must fail and state this; a problem: its status; what is left out: why; a
     // text: what the quantity is
-    std::string says;
+    std::string expected;
     // `file` of a problem: an FCLib file, solved to the tolerance
 };
 

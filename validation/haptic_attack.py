@@ -139,9 +139,9 @@ def attack(program, kind, tries, seed):
         folder = pathlib.Path(folder)
         (folder / "scene.json").write_text(json.dumps(SCENE))
         duration = 2 + 0.02 * tries + (0.03 * tries if kind is silence else 0)
-        with open(folder / "out", "w") as out, open(folder / "said", "w") as said:
+        with open(folder / "out", "w") as out, open(folder / "output", "w") as output:
             child = subprocess.Popen([program, "haptic", str(folder / "scene.json"), "--device", f"udp:{port}",
-                                      "--duration", f"{duration:.3f}", "--json", "--output", str(folder / "results")], stdout=out, stderr=said)
+                                      "--duration", f"{duration:.3f}", "--json", "--output", str(folder / "results")], stdout=out, stderr=output)
             s = Sender(port, seed)
             s.begin = time.monotonic()
             made = count = 0
@@ -153,7 +153,7 @@ def attack(program, kind, tries, seed):
                     made += 1
                 time.sleep(0.001)
         if child.returncode:
-            return made, f"exit {child.returncode}: {(folder / 'said').read_text()[-300:]}", {}
+            return made, f"exit {child.returncode}: {(folder / 'output').read_text()[-300:]}", {}
         report = json.loads((folder / "out").read_text())
         rows = list(csv.DictReader((folder / "results" / "haptics.csv").read_text().splitlines()))
         found, good = laws(report, rows)

@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""The haptic loop by the clock under load: what is sent and the energy that a hand is given.
+"""The haptic loop in real time under load: what is sent and the energy that a hand is given.
 
     validation/haptic_stress.py PROGRAM [SCENE ...] [--duration 60] [--gap 0.015] [--busy N] [--free]
 
@@ -60,25 +60,25 @@ def play(program, scene, path, a):
         port = probe.getsockname()[1]
     with tempfile.TemporaryDirectory() as folder:
         out = open(pathlib.Path(folder) / "report.json", "w+")
-        said = open(pathlib.Path(folder) / "said", "w+")
+        output = open(pathlib.Path(folder) / "output", "w+")
         child = subprocess.Popen([program, "haptic", str(scene), "--device", f"udp:{port}", "--duration",
-                                  str(a.duration), "--json", "--output", folder, *a.option], stdout=out, stderr=said)
+                                  str(a.duration), "--json", "--output", folder, *a.option], stdout=out, stderr=output)
         link = socket.socket(socket.AF_INET, socket.SOCK_DGRAM)
         link.setblocking(False)
         x, v, force = [0.0] * 3, [0.0] * 3, (0.0,) * 3
         number, own, most = 0, 0.0, 0.0
         begin = last = next_pose = time.monotonic()
-        felt = None  # when the first force came
+        first_force = None  # when the first force came
         while child.poll() is None:
             now = time.monotonic()
             step = min(now - last, 0.02)
             last = now
-            t = (now - felt) if felt else 0.0
-            wanted = path(t)
+            t = (now - first_force) if first_force else 0.0
+            target = path(t)
             for part in range(8):  # finer than the poses
                 h = step / 8
                 for i in range(3):
-                    pull = STIFFNESS * (wanted[i] - x[i]) - DAMPING * v[i] + force[i]
+                    pull = STIFFNESS * (target[i] - x[i]) - DAMPING * v[i] + force[i]
                     v[i] += h * pull / MASS
                     x[i] += h * v[i]
                     own += h * v[i] * force[i]
@@ -94,17 +94,17 @@ def play(program, scene, path, a):
                     data = link.recv(128)
                     if len(data) == 64 and data[:4] == b"AMHF":
                         force = PACKET.unpack(data)[3:6]
-                        felt = felt or now
+                        first_force = first_force or now
             except (BlockingIOError, ConnectionError):
                 pass
             next_pose = max(next_pose + 1e-3, time.monotonic() - 0.01)
             time.sleep(max(0.0, next_pose - time.monotonic()))
-        out.seek(0), said.seek(0)
+        out.seek(0), output.seek(0)
         if child.returncode:
-            sys.exit(f"{scene}: exit {child.returncode}: {said.read()}")
+            sys.exit(f"{scene}: exit {child.returncode}: {output.read()}")
         report = json.load(out)
         rows = list(csv.DictReader((pathlib.Path(folder) / "haptics.csv").read_text().splitlines()))
-        return report, rows, most, said.read()
+        return report, rows, most, output.read()
 
 
 def size(row, name):
@@ -155,14 +155,14 @@ def main():
         for name, path in PATHS.items():
             if a.scene and not any(s in name for s in a.scene):
                 continue
-            report, rows, own, said = play(a.program, ROOT / "examples" / name, path, a)
+            report, rows, own, output = play(a.program, ROOT / "examples" / name, path, a)
             found, good = laws(report, rows)
             failed += not good
             print(f"{name:28} {'' if good else 'FAILED '}" + " ".join(
                 f"{k} {v:.3g}" for k, v in found.items()) + f" own {own:.2g}; {len(rows)} ticks, largest "
                 f"{report['largest_force']:.2f} N, missed {sum(report['missed'][k] for k in ('compute', 'host', 'wake', 'preempted'))}, "
                 f"longest {report['missed']['longest']}, faults {report['faults']}; {report.get('ticks_in', '')}", flush=True)
-            for line in said.splitlines():
+            for line in output.splitlines():
                 print("    " + line[:150])
     finally:
         for child in busy:

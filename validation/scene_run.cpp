@@ -1,6 +1,6 @@
 #include "validation/scene_run.hpp"
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "validation/scene_text.hpp"
 

@@ -81,6 +81,7 @@ VolumeMesh round_stack(const RoundStack& o, const PlaceMap& place)
         if (b <= (o.half ? 3 * n : 2 * n)) return core_node(2 * n - b, n);
         return core_node(-n, 4 * n - b);
     };
+    // ---- Nodes of one layer
     std::vector<Vec3> plan(std::size_t(layer_nodes), Vec3::Zero());
     for (int j = 0; j <= n; ++j)
         for (int i = first; i <= n; ++i) {
@@ -101,6 +102,7 @@ VolumeMesh round_stack(const RoundStack& o, const PlaceMap& place)
             plan[std::size_t(node(r, b))] = o.rings[std::size_t(r)] * x;
         }
 
+    // ---- Layers of H8 with their face sets
     VolumeMesh mesh;
     for (const double z : o.height)
         for (const Vec3& x : plan)
@@ -153,6 +155,7 @@ VolumeMesh round_stack(const RoundStack& o, const PlaceMap& place)
     mesh.blocks.push_back(std::move(block));
     for (FaceSet& s : mesh.face_sets)
         std::sort(s.members.begin(), s.members.end());
+    // ---- Other elements, and the place
     const std::vector<Vec3> nodes = mesh.nodes;
     mesh = as_kind(std::move(mesh), o.kind, [&](std::int32_t a, std::int32_t b) {
         const Vec3 &x = nodes[std::size_t(a)], &y = nodes[std::size_t(b)];

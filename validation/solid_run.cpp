@@ -1,7 +1,7 @@
 #include "validation/solid_run.hpp"
 
-#include "mesh/read_volume.hpp"
-#include "solver/scene/build.hpp"
+#include "mesh/format/read_volume.hpp"
+#include "solver/obstacle/build.hpp"
 
 #include <atomic>
 #include <filesystem>

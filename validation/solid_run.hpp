@@ -56,7 +56,7 @@ struct SolidRun {
     std::unique_ptr<Simulation> simulation;
     RunSummary summary;
     std::vector<StepRecord> steps;               ///< from the initial state on
-    std::vector<std::vector<BodyRecord>> bodies; ///< of every step, if asked for
+    std::vector<std::vector<BodyRecord>> bodies; ///< of every step, if requested
 
     /// A quantity of a step, the last one by default.
     /// @throws std::out_of_range  if there is none of that name

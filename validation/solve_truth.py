@@ -32,21 +32,21 @@ def main():
         for problem in a.problem:
             run = subprocess.run([a.program, "solve", problem, "--tolerance", str(a.tolerance), "--max-time",
                                   str(a.max_time), "--output", str(out), "--json"], capture_output=True, text=True)
-            told = json.loads(run.stdout)
+            reported = json.loads(run.stdout)
             again = subprocess.run([a.fclib_error, str(out)], capture_output=True, text=True)
             if again.returncode:
-                print(f"{pathlib.Path(problem).stem:46} {told['status']:>12}  {again.stderr.strip()}")
+                print(f"{pathlib.Path(problem).stem:46} {reported['status']:>12}  {again.stderr.strip()}")
                 wrong += 1
                 continue
             found = float(again.stdout.split()[1])
-            error = told["error"]
+            error = reported["error"]
             ratio = max(error, found) / max(min(error, found), 1e-300)
             bad = max(error, found) > LEAST and ratio > 2
-            bad |= told["status"] == "converged" and found > 1.01 * a.tolerance
-            bad |= told["status"] == "at_round_off" and found > 1.01 * told["threshold"]
-            bad |= (run.returncode == 0) != (told["status"] in ("converged", "at_round_off"))
+            bad |= reported["status"] == "converged" and found > 1.01 * a.tolerance
+            bad |= reported["status"] == "at_round_off" and found > 1.01 * reported["threshold"]
+            bad |= (run.returncode == 0) != (reported["status"] in ("converged", "at_round_off"))
             wrong += bad
-            print(f"{pathlib.Path(problem).stem:46} {told['status']:>12} {told['seconds']:8.2f} {told['threshold']:9.1e} "
+            print(f"{pathlib.Path(problem).stem:46} {reported['status']:>12} {reported['seconds']:8.2f} {reported['threshold']:9.1e} "
                   f"{error:9.2e} {found:9.2e} {ratio:6.2f}{'  <' if bad else ''}", flush=True)
     print(f"{len(a.problem)} problems, {wrong} wrong")
     return 1 if wrong else 0

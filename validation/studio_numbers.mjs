@@ -3,9 +3,9 @@
 // usage: node validation/studio_numbers.mjs PROGRAM [FILE.json [SECTION]]
 //
 // Prints each number with its aim and the machine's load meanwhile: only on a machine that does nothing else are they
-// those of docs/studio.md. SECTION: a pattern of the sections that are wanted.
+// those of docs/studio.md. SECTION: a pattern of the sections to be run.
 // Aims: 12 pictures a second beside a running simulation, whose steps a drawing page takes 10 % of at most; 25 of a
-// finished run; frames of 202 500 vertices at 20 a second, unpacked in 4 ms; 150 ms from a step that is asked for to
+// finished run; frames of 202 500 vertices at 20 a second, unpacked in 4 ms; 150 ms from a step that is requested to
 // its frame (p95); a haptic loop misses no tick by its own work, its p99 grows by 10 % at most; the server takes
 // less than 60 MB and three frames; amontons run maps no library of studio.
 
@@ -22,14 +22,14 @@ const { button, example, folder, launch, newContext, open, program, runUntil, se
 
 const kSeconds = 4; // of each measurement: a run that ends within it would count as slow
 const rows = [];
-function tell(name, value, unit, aim, meets) {
-  const row = { name, value: Number(value.toPrecision(4)), unit, aim, meets, load: Number(loadavg()[0].toFixed(1)) };
+function addRow(name, value, unit, aim, reached) {
+  const row = { name, value: Number(value.toPrecision(4)), unit, aim, reached, load: Number(loadavg()[0].toFixed(1)) };
   rows.push(row);
   console.log(
-    `${name.padEnd(66)} ${String(row.value).padStart(9)} ${unit.padEnd(14)} ${aim.padEnd(22)} ${meets === null ? "" : meets ? "met" : "MISSED"}  (load ${row.load})`,
+    `${name.padEnd(66)} ${String(row.value).padStart(9)} ${unit.padEnd(14)} ${aim.padEnd(22)} ${reached === null ? "" : reached ? "reached" : "MISSED"}  (load ${row.load})`,
   );
 }
-const wanted = (name) => !section || new RegExp(section).test(name);
+const selected = (name) => !section || new RegExp(section).test(name);
 const quantile = (numbers, q) => [...numbers].sort((a, b) => a - b)[Math.min(numbers.length - 1, Math.floor(q * numbers.length))];
 const sleep = (s) => new Promise((r) => setTimeout(r, 1000 * s));
 
@@ -67,7 +67,7 @@ async function startAgain(page, from) {
 const browser = await launch();
 const context = await newContext(browser);
 
-if (wanted("live"))
+if (selected("live"))
   for (const [name, scene, from] of scenes) {
     const server = await serve(scene, "--no-results");
     const page = await open(context, server.address);
@@ -84,8 +84,8 @@ if (wanted("live"))
     const mean = (list, what) => list.reduce((a, x) => a + x[what], 0) / list.length;
     const steps = mean(drawing, "steps");
     const frames = mean(drawing, "frames");
-    tell(`${name}: steps of a run whose page draws`, steps, "1/s", "", null);
-    tell(`${name}: pictures beside the running simulation`, frames, "1/s", steps < 12 ? "12, or each step" : "12", frames >= Math.min(12, 0.9 * steps));
+    addRow(`${name}: steps of a run whose page draws`, steps, "1/s", "", null);
+    addRow(`${name}: pictures beside the running simulation`, frames, "1/s", steps < 12 ? "12, or each step" : "12", frames >= Math.min(12, 0.9 * steps));
     // The camera turns meanwhile: a picture needs no step.
     await page.evaluate(() => studio.views.forEach((v) => (v.still = false)));
     await startAgain(page, from);
@@ -103,20 +103,20 @@ if (wanted("live"))
     turning = false;
     await turn;
     await page.mouse.up();
-    tell(`${name}: pictures while the camera turns beside the run`, turned.frames, "1/s", "12", turned.frames >= 12);
+    addRow(`${name}: pictures while the camera turns beside the run`, turned.frames, "1/s", "12", turned.frames >= 12);
     const loss = 1 - steps / mean(still, "steps");
-    tell(`${name}: steps that a drawing page costs the run`, 100 * loss, "%", "<= 10", loss <= 0.1);
+    addRow(`${name}: steps that a drawing page costs the run`, 100 * loss, "%", "<= 10", loss <= 0.1);
     const frame = await page.evaluate(async () => {
       const a = await fetch("/api/frame?after=0", { headers: { Authorization: "Bearer " + location.hash.slice(1) } });
       return (await a.arrayBuffer()).byteLength / 1048576;
     });
     const memory = rss(server.child.pid);
-    tell(`${name}: memory of the server`, memory, "MB", `< ${(60 + 3 * frame).toFixed(0)}`, memory < 60 + 3 * frame);
+    addRow(`${name}: memory of the server`, memory, "MB", `< ${(60 + 3 * frame).toFixed(0)}`, memory < 60 + 3 * frame);
     await page.close();
     server.child.kill();
   }
 
-if (wanted("finished"))
+if (selected("finished"))
   for (const [name, scene, until] of scenes) {
     const server = await serve(scene);
     const page = await open(context, server.address);
@@ -144,7 +144,7 @@ if (wanted("finished"))
       }
       return [studio.shown.moments.length, frames / seconds];
     });
-    tell(`${name}: pictures of a finished run that is played (${count} instants)`, rate, "1/s", ">= 25 (30 are played)", rate >= 25);
+    addRow(`${name}: pictures of a finished run that is played (${count} instants)`, rate, "1/s", ">= 25 (30 are played)", rate >= 25);
     await page.close();
     server.child.kill();
   }
@@ -170,7 +170,7 @@ function sphere(points) {
   return out.join("\n") + "\n";
 }
 
-if (wanted("transport")) {
+if (selected("transport")) {
   const drive = { z: [[0, 0], [1000, 1]] };
   for (const [count, least] of [[20000, 20], [202500, 20]]) {
     writeFileSync(join(folder, `ball_${count}.obj`), sphere(count));
@@ -193,10 +193,10 @@ if (wanted("transport")) {
       async ([token, seconds, scene]) => {
         const headers = { Authorization: "Bearer " + token };
         let id = 0;
-        const ask = async (what, more = {}) =>
+        const send = async (what, more = {}) =>
           (await fetch("/api/command", { method: "POST", headers, body: JSON.stringify({ id: ++id, do: what, ...more }) })).json();
         const state = async () => (await (await fetch("/api/state", { headers })).json()).engine.state;
-        await ask("start", { scene });
+        await send("start", { scene });
         for (let i = 0; i < 600 && (await state()) !== "paused"; ++i) await new Promise((r) => setTimeout(r, 100));
         let seq = 0;
         const frame = async () => {
@@ -208,17 +208,17 @@ if (wanted("transport")) {
           seq = head.seq;
           return { head, size: bytes.byteLength };
         };
-        await ask("step");
+        await send("step");
         await frame();
         const late = [];
         for (let i = 0; i < 60; ++i) {
           const begun = performance.now();
-          const asked = ask("step");
+          const sent = send("step");
           for (let f = await frame(); !f; ) f = await frame();
           late.push(performance.now() - begun);
-          await asked;
+          await sent;
         }
-        await ask("run");
+        await send("run");
         const begun = performance.now();
         let frames = 0;
         let bytes = 0;
@@ -230,15 +230,15 @@ if (wanted("transport")) {
           }
         }
         const time = (performance.now() - begun) / 1000;
-        await ask("pause");
+        await send("pause");
         return { rate: frames / time, megabytes: bytes / time / 1048576, late };
       },
       [token, kSeconds, `ball_${count}.json`],
     );
-    tell(`${count} vertices: frames that reach the page`, measured.rate, "1/s", String(least), measured.rate >= least);
-    tell(`${count} vertices: bytes`, measured.megabytes, "MB/s", "", null);
-    tell(`${count} vertices: from a step that is asked for to its frame, p95`, quantile(measured.late, 0.95), "ms", "< 150", quantile(measured.late, 0.95) < 150);
-    tell(`${count} vertices: memory of the server`, rss(server.child.pid), "MB", "", null);
+    addRow(`${count} vertices: frames that reach the page`, measured.rate, "1/s", String(least), measured.rate >= least);
+    addRow(`${count} vertices: bytes`, measured.megabytes, "MB/s", "", null);
+    addRow(`${count} vertices: from a step that is requested to its frame, p95`, quantile(measured.late, 0.95), "ms", "< 150", quantile(measured.late, 0.95) < 150);
+    addRow(`${count} vertices: memory of the server`, rss(server.child.pid), "MB", "", null);
     await page.close();
     server.child.kill();
   }
@@ -249,12 +249,12 @@ if (wanted("transport")) {
   await button(page, "Run").click();
   await sleep(kSeconds);
   const unpacked = await page.evaluate(() => studio.unpacking);
-  tell("202500 vertices: a frame is unpacked in", unpacked, "ms", "<= 4", unpacked <= 4);
+  addRow("202500 vertices: a frame is unpacked in", unpacked, "ms", "<= 4", unpacked <= 4);
   await page.close();
   server.child.kill();
 }
 
-if (wanted("haptic")) {
+if (selected("haptic")) {
   const traces = {};
   const rendered = {};
   for (const with_page of [true, false]) {
@@ -291,15 +291,15 @@ if (wanted("haptic")) {
     return trace.slice(1).filter((r) => Number(r[at]) > 1e-3).length;
   };
   const [seen, unseen] = [p99(traces.true), p99(traces.false)];
-  tell("haptic: pictures of the run in the hand", rendered.frames / 5.5, "1/s", "", null);
-  tell("haptic: ticks missed by their own work, with a page that draws", over(traces.true), "", "0", over(traces.true) === 0);
-  tell("haptic: ticks missed by their own work, without", over(traces.false), "", "0", over(traces.false) === 0);
-  tell("haptic: p99 of a tick with a page that draws", seen, "µs", "", null);
-  tell("haptic: p99 of a tick without", unseen, "µs", "", null);
-  tell("haptic: growth of the p99", 100 * (seen / unseen - 1), "%", "<= 10", seen <= 1.1 * unseen);
+  addRow("haptic: pictures of the run in the hand", rendered.frames / 5.5, "1/s", "", null);
+  addRow("haptic: ticks missed by their own work, with a page that draws", over(traces.true), "", "0", over(traces.true) === 0);
+  addRow("haptic: ticks missed by their own work, without", over(traces.false), "", "0", over(traces.false) === 0);
+  addRow("haptic: p99 of a tick with a page that draws", seen, "µs", "", null);
+  addRow("haptic: p99 of a tick without", unseen, "µs", "", null);
+  addRow("haptic: growth of the p99", 100 * (seen / unseen - 1), "%", "<= 10", seen <= 1.1 * unseen);
 }
 
-if (wanted("libraries")) {
+if (selected("libraries")) {
   const run = spawn(program, ["run", "hexa.json", "-o", join(folder, "mapped"), "--quiet"], { cwd: folder });
   let maps = "";
   for (let i = 0; i < 50 && !maps.includes("libc.so"); ++i) {
@@ -309,12 +309,12 @@ if (wanted("libraries")) {
   await sleep(1);
   if (existsSync(`/proc/${run.pid}/maps`)) maps += readFileSync(`/proc/${run.pid}/maps`, "utf8");
   const found = new Set([...maps.matchAll(/\/\S*(?:httplib|libssl|libcrypto|brotli|amontons-studio)\S*/g)].map((m) => m[0]));
-  tell("libraries of studio that amontons run maps" + [...found].join(), found.size, "", "0", found.size === 0);
+  addRow("libraries of studio that amontons run maps" + [...found].join(), found.size, "", "0", found.size === 0);
   run.kill();
 }
 
 await browser.close();
 if (into) writeFileSync(into, JSON.stringify({ machine: cpus()[0].model.trim(), cores: cpus().length, rows }, null, 1) + "\n");
-const missed = rows.filter((r) => r.meets === false).length;
-console.log(missed ? `${missed} aims are missed` : "all aims are met");
+const missed = rows.filter((r) => r.reached === false).length;
+console.log(missed ? `${missed} aims are missed` : "all aims are reached");
 process.exit(missed ? 1 : 0);

@@ -6,7 +6,7 @@
 `amontons check` must exit with 0 or 2, and with 2 report the file, the place, what was found and what is allowed. Scenes that pass are candidates
 for `amontons run`, cut to three steps: 0, 2 or 3, or 130 when it is interrupted after --seconds. Nothing may end by a signal, nothing
 may specify "a mistake in amontons", and what is refused may leave no folder behind. Of values that only differ by their place in a list,
-a few are taken (--alike); where there are more cases than asked for, a seeded share of them. Exit 1 if there is a finding.
+a few are taken (--alike); where there are more cases than requested, a seeded share of them. Exit 1 if there is a finding.
 """
 import argparse
 import collections

@@ -1,4 +1,3 @@
-#include "bindings/python/aside.hpp"
 #include "bindings/python/stepper.hpp"
 
 #include <algorithm>
@@ -18,13 +17,13 @@ using BatchMask = py::array_t<bool, py::array::c_style | py::array::forcecast>;
 
 enum class Moved : std::int8_t { moved = 0, at_end = 1, failed = 2 };
 
-class Batch {
+class Batch : public std::enable_shared_from_this<Batch> {
 public:
     /// With the GIL; the simulations are of one user: this.
     Batch(std::vector<std::shared_ptr<Stepper>> members, int threads)
         : members_(std::move(members))
         , threads_(threads)
-        , asked_(members_.size(), 0)
+        , pending_(members_.size(), 0)
         , messages_(members_.size())
     {
     }
@@ -48,17 +47,15 @@ public:
     /// Each of those that are chosen continues by so many seconds. Without the GIL.
     std::vector<Moved> advance(double seconds, const std::vector<char>& chosen)
     {
-        std::vector<Moved> all(members_.size(), Moved::moved);
-        std::atomic<bool> stop{false};
-        const std::exception_ptr raised = run_aside(
-            [&] {
-                for_each([&](std::size_t i) {
-                    if (chosen[i]) all[i] = move(i, seconds, stop);
-                });
-            },
-            stop);
-        if (raised) std::rethrow_exception(raised);
-        return all;
+        const auto all = std::make_shared<std::vector<Moved>>(members_.size(), Moved::moved);
+        const auto stop = std::make_shared<std::atomic<bool>>(false);
+        const auto work = [self = shared_from_this(), all, stop, seconds, chosen] {
+            self->for_each([&](std::size_t i) {
+                if (chosen[i]) (*all)[i] = self->move(i, seconds, *stop);
+            });
+        };
+        wait_for(Aside::start(work, stop), members_);
+        return *all;
     }
 
     /// Calls `work` for each member, shared out to the threads.
@@ -87,7 +84,7 @@ public:
     void note_times()
     {
         for (std::size_t i = 0; i < members_.size(); ++i) {
-            asked_[i] = members_[i]->simulation().so_far().time;
+            pending_[i] = members_[i]->simulation().so_far().time;
             messages_[i].clear();
         }
     }
@@ -101,24 +98,24 @@ private:
             const StepResult first = s.step(stop, std::numeric_limits<double>::infinity());
             if (first.outcome != Outcome::accepted) return refused(i, first);
         }
-        const double end = s.end(), until = std::min(asked_[i] + seconds, end);
+        const double end = s.end(), until = std::min(pending_[i] + seconds, end);
         StepResult last;
         while ((last = s.step(stop, until)).outcome == Outcome::accepted) {
         }
         if (last.outcome != Outcome::done) return refused(i, last);
-        asked_[i] = until;
+        pending_[i] = until;
         return s.done() ? Moved::at_end : Moved::moved;
     }
     Moved refused(std::size_t i, const StepResult& last)
     {
-        asked_[i] = members_[i]->simulation().so_far().time;
+        pending_[i] = members_[i]->simulation().so_far().time;
         messages_[i] = last.message;
         return Moved::failed;
     }
 
     std::vector<std::shared_ptr<Stepper>> members_;
     int threads_;
-    std::vector<double> asked_; ///< times that each has been led to [s]
+    std::vector<double> pending_; ///< times that each has been led to [s]
     std::vector<std::string> messages_;
 };
 
@@ -222,25 +219,25 @@ py::array advance_batch(Batch& b, double seconds, const py::object& where)
 }
 
 /// Sets all inputs that are not as they were reported last: none, if one is not possible.
-void set_inputs(Batch& b, const BatchNumbers& now, const BatchNumbers& told,
+void set_inputs(Batch& b, const BatchNumbers& now, const BatchNumbers& given,
                 const py::object& where)
 {
     const Batch::Use use(b);
     const std::vector<char> chosen = chosen_of(b, where);
-    for (const bool only_look : {true, false})
+    for (const bool only_check : {true, false})
         for (std::size_t i = 0; i < b.members().size(); ++i) {
             if (!chosen[i]) continue;
             Simulation& s = b.members()[i]->simulation();
             for (std::size_t k = 0; k < s.inputs().size(); ++k) {
                 const double v = now.at(i, k);
-                if (v == told.at(i, k)) continue;
+                if (v == given.at(i, k)) continue;
                 const InputInfo& info = s.inputs()[k];
-                if (only_look && !(std::isfinite(v) && v >= info.lower && v <= info.upper))
+                if (only_check && !(std::isfinite(v) && v >= info.lower && v <= info.upper))
                     throw InputError(
                         {{"", "inputs[" + std::to_string(i) + "]: " + info.name, std::to_string(v),
                           "a finite number >= " + std::to_string(info.lower) +
                               " and <= " + std::to_string(info.upper) + " [" + info.unit + "]"}});
-                if (!only_look) s.set_input(k, v);
+                if (!only_check) s.set_input(k, v);
             }
         }
 }
@@ -258,7 +255,7 @@ void get_inputs(Batch& b, py::array_t<double, py::array::c_style> out)
 
 void add_batch(py::module_& module)
 {
-    py::class_<Batch>(module, "Batch", py::module_local())
+    py::class_<Batch, std::shared_ptr<Batch>>(module, "Batch", py::module_local())
         .def(py::init<std::vector<std::shared_ptr<Stepper>>, int>())
         .def("advance", advance_batch)
         .def("quantity", quantity)

@@ -87,7 +87,7 @@ void add_bodies(py::module_& module)
 {
     py::class_<Body, SharedBody>(
         module, "Body", py::module_local(),
-        "A solid, a rigid body or an obstacle as it was when it was asked for. "
+        "A solid, a rigid body or an obstacle in its state at the time of access. "
         "Arrays are read-only and keep it alive.")
         .def_readonly("name", &Body::name)
         .def_readonly("kind", &Body::kind, "'solid', 'rigid' or 'obstacle'")
@@ -112,13 +112,15 @@ void add_bodies(py::module_& module)
         .def("to_meshio", to_meshio, kToMeshio)
         .def("__repr__", [](const Body& b) { return "<Body " + b.name + ": " + b.kind + ">"; });
     module.def("body_names", [](const std::shared_ptr<Stepper>& s) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
+        const Stepper::Use use(*s, Stepper::Purpose::read);
         return names_and_kinds(s);
     });
     module.def("body", [](const std::shared_ptr<Stepper>& s, const std::string& name) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
+        const Stepper::Use use(*s, Stepper::Purpose::read);
+        const auto body = std::make_shared<SharedBody>();
         const py::gil_scoped_release free;
-        return body_of(s, name);
+        wait_for(Aside::start([s, body, name] { *body = body_of(s, name); }, s->stop()), {&s, 1});
+        return *body;
     });
 }
 

@@ -52,7 +52,7 @@ void add_certificates(py::module_& module)
             "status", [](const C& c) { return name(c.status); },
             "'converged', 'at_round_off', 'stagnated', 'infeasible' or 'out_of_time'")
         .def_readonly("error", &C::error, "natural map, relative")
-        .def_readonly("tolerance", &C::tolerance, "as asked for, relative")
+        .def_readonly("tolerance", &C::tolerance, "as requested, relative")
         .def_readonly("threshold", &C::threshold,
                       "the tolerance, or the floor of round-off if that is larger")
         .def_readonly("scaled_error", &C::scaled_error,
@@ -82,7 +82,7 @@ void add_certificates(py::module_& module)
     using K = ContactSolution;
     py::class_<K, std::shared_ptr<K>>(
         module, "ContactSolution", py::module_local(),
-        "The best reaction found, and how good it is. True if it is as good as was asked for.")
+        "The best reaction found, with its certificate. True if its error is below the requested tolerance.")
         .def("__bool__", [](const K& s) { return is_solved(s.certificate.status); })
         .def_property_readonly(
             "status", [](const K& s) { return name(s.certificate.status); },

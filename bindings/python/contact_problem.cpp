@@ -1,7 +1,6 @@
-#include "bindings/python/aside.hpp"
 #include "bindings/python/stepper.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "solver/fclib_file.hpp"
 #include "solver/step/outside.hpp"
 #include "solver/step/recorded_problem.hpp"
@@ -16,10 +15,13 @@ namespace {
 using Numbers = py::array_t<double, py::array::f_style | py::array::forcecast>;
 using Indices = py::array_t<std::int32_t, py::array::c_style | py::array::forcecast>;
 
+/// A problem of so many rows is solved or certified in some milliseconds: not worth a thread.
+constexpr Eigen::Index kFewRows = 300;
+
 /// A problem with the Python function that its W may be.
 struct Problem {
     ContactProblem problem;
-    py::object apply; ///< of a matrix-free W, else None
+    SharedObject apply; ///< of a matrix-free W, else null
 };
 using SharedProblem = std::shared_ptr<Problem>;
 
@@ -65,7 +67,6 @@ SharedProblem make(const py::tuple& W, const Numbers& q, const Numbers& mu,
                    const std::vector<std::string>& kinds, const std::string& level)
 {
     auto p = std::make_shared<Problem>();
-    p->apply = py::none();
     p->problem.q = vector_of(q);
     p->problem.mu = vector_of(mu);
     p->problem.kind = kinds_of(kinds);
@@ -85,16 +86,16 @@ SharedProblem make(const py::tuple& W, const Numbers& q, const Numbers& mu,
     } else if (form == "sparse") {
         p->problem.W = sparse(1);
     } else {
-        p->apply = W[1];
+        p->apply = shared_object(W[1]);
         MatrixFreeDelassus free;
         free.rows = q.size();
         free.blocks = sparse(2);
         // The problem outlives its operator, and holds the function.
         free.apply = [problem = p.get()](const Eigen::VectorXd& r, Eigen::VectorXd& out) {
-            const py::gil_scoped_acquire hold;
+            const InPython hold;
             Numbers in(r.size());
             std::copy(r.data(), r.data() + r.size(), in.mutable_data());
-            const auto answer = problem->apply(in).cast<Numbers>();
+            const auto answer = (*problem->apply)(in).cast<Numbers>();
             if (answer.ndim() != 1 || answer.size() != r.size())
                 throw InputError(
                     {{"contact problem", "W",
@@ -112,7 +113,7 @@ SharedProblem make(const py::tuple& W, const Numbers& q, const Numbers& mu,
 py::object W_of(const SharedProblem& p)
 {
     const Delassus& W = p->problem.W;
-    if (W.is_matrix_free()) return p->apply;
+    if (W.is_matrix_free()) return *p->apply;
     if (W.is_dense()) {
         const Eigen::MatrixXd& m = W.dense();
         return view<double>(p, m.data(), {{m.rows(), m.cols()}, {8, 8 * m.rows()}});
@@ -135,19 +136,15 @@ py::object solution_of(const ContactSolution& s)
 
 py::object solve_problem(const SharedProblem& p, SolverOptions options, const Numbers& warm)
 {
-    std::atomic<bool> stop{false};
-    options.stop = &stop;
+    const auto stop = std::make_shared<std::atomic<bool>>(false);
+    options.stop = stop.get();
     const Eigen::VectorXd start = vector_of(warm);
+    const auto work = [p, options, start, stop] { return solve(p->problem, options, start); };
     ContactSolution solution;
-    std::exception_ptr raised;
     {
         const py::gil_scoped_release free;
-        if (p->problem.q.size() <= 300) // some milliseconds: not worth a thread
-            solution = solve(p->problem, options, start);
-        else
-            raised = run_aside([&] { solution = solve(p->problem, options, start); }, stop);
+        solution = p->problem.q.size() <= kFewRows ? work() : done_aside(work, stop);
     }
-    if (raised) std::rethrow_exception(raised);
     return solution_of(solution);
 }
 
@@ -158,10 +155,13 @@ py::tuple problem_in_file(const std::string& path)
     auto p = std::make_shared<Problem>();
     {
         const py::gil_scoped_release free;
-        file = read_fclib(path);
-        p->problem = file.local ? std::move(*file.local) : CondensedProblem(*file.global).contact();
+        file = done_aside([path] {
+            FclibProblem read = read_fclib(path);
+            if (!read.local) read.local = CondensedProblem(*read.global).contact();
+            return read;
+        });
+        p->problem = std::move(*file.local);
     }
-    p->apply = py::none();
     const auto array = [](const Eigen::VectorXd& v) {
         return py::array_t<double>(v.size(), v.data());
     };
@@ -193,13 +193,9 @@ void problem_to_file(const std::string& path, const SharedProblem& p, const py::
 /// Reactions by a function of Python: of (W, q, mu), and of the kinds where joints are among them.
 OutsideFunction solver_of(const py::function& function)
 {
-    // Released with the GIL, on whatever thread the last simulation ends.
-    const std::shared_ptr<py::function> held(new py::function(function), [](py::function* f) {
-        const py::gil_scoped_acquire gil;
-        delete f;
-    });
+    const SharedObject held = shared_object(function);
     return [held](const ContactProblem& p, const Eigen::VectorXd& warm) {
-        const py::gil_scoped_acquire gil;
+        const InPython gil;
         const auto array = [](const Eigen::VectorXd& v) {
             return py::array_t<double>(v.size(), v.data());
         };
@@ -286,25 +282,29 @@ void add_contact_problem(py::module_& module)
             throw InputError(
                 {{"contact problem", "tolerance", std::to_string(tolerance), "in [0, 1)"}});
         const Eigen::VectorXd reaction = vector_of(r);
+        const auto work = [p, reaction, tolerance] {
+            return certify(p->problem, reaction, tolerance);
+        };
         const py::gil_scoped_release free;
-        return certify(p->problem, reaction, tolerance);
+        return reaction.size() <= kFewRows ? work() : done_aside(work);
     });
     module.def("read_fclib", problem_in_file);
     module.def("write_fclib", problem_to_file);
     module.def("contact_problems", [](const std::shared_ptr<Stepper>& s) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
-        std::vector<RecordedProblem> all;
+        const Stepper::Use use(*s, Stepper::Purpose::read);
+        const auto all = std::make_shared<std::vector<RecordedProblem>>();
         {
             const py::gil_scoped_release free;
-            all = s->simulation().contact_problems();
+            wait_for(
+                Aside::start([s, all] { *all = s->simulation().contact_problems(); }, s->stop()),
+                {&s, 1});
         }
         py::list problems;
-        for (RecordedProblem& r : all) {
+        for (RecordedProblem& r : *all) {
             if (r.contact.empty()) continue;
             auto p = std::make_shared<Problem>();
             p->problem = std::move(r.problem);
-            p->apply = py::none();
-            problems.append(py::make_tuple(
+                    problems.append(py::make_tuple(
                 py::cast(p), py::array_t<double>(r.reaction.size(), r.reaction.data()),
                 py::array_t<std::int32_t>(py::ssize_t(r.contact.size()), r.contact.data())));
         }

@@ -60,10 +60,10 @@ py::array_t<bool> of(const ContactsView& v, const std::string& a,
     py::array_t<bool> mask{py::ssize_t(c.size())};
     bool* out = mask.mutable_data();
     for (const ContactRecord& r : c) {
-        const bool meets = r.body_a == first || r.body_b == first;
+        const bool involved = r.body_a == first || r.body_b == first;
         *out++ = b ? (r.body_a == first && r.body_b == second) ||
                          (r.body_a == second && r.body_b == first)
-                   : meets;
+                   : involved;
     }
     return mask;
 }

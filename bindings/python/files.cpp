@@ -129,10 +129,60 @@ std::string answer_of(const Stepper& s, const RunSummary& summary, int iteration
     return json.text();
 }
 
+/// A run: of run() and of the thread that steps and writes.
+struct Run {
+    std::shared_ptr<Stepper> s;
+    std::shared_ptr<RunFiles> files; ///< or null
+    int iterations = 0;
+    bool full = false;
+    std::string message; ///< why it was interrupted; "": as the engine reports it
+    RunSummary summary;
+    std::string answer;
+
+    /// Of an accepted step. @return  false where nothing more can be written
+    bool write()
+    {
+        iterations += s->record()->step.iterations;
+        if (!files) return true;
+        const Stopwatch watch;
+        full = !files->write(s->record()->step);
+        s->simulation().spent_on_output(watch.seconds());
+        return !full;
+    }
+    void finish()
+    {
+        summary = s->conclude();
+        if (!message.empty() && summary.status == "interrupted") summary.message = message;
+        if (files) files->finish(*s, summary);
+        answer = answer_of(*s, summary, iterations);
+    }
+};
+
+/// Runs that were interrupted in a long step, and write the end of their files when they can. With
+/// the GIL.
+std::vector<std::shared_ptr<Aside>>& runs_left()
+{
+    static auto* all = new std::vector<std::shared_ptr<Aside>>; // never ends
+    return *all;
+}
+
+/// Their folders are whole. With the GIL. @throws  as Aside::wait
+void wait_for_runs_left()
+{
+    while (!runs_left().empty()) {
+        const std::shared_ptr<Aside> call = runs_left().back();
+        {
+            const py::gil_scoped_release free;
+            call->wait();
+        }
+        std::erase(runs_left(), call);
+    }
+}
+
 /// Steps to the end with files and callback. With the GIL.
 /// @return  what is reported at the end, as a dict and as JSON
-py::tuple run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::object& on_step,
-              int every)
+py::tuple run(const std::shared_ptr<Stepper>& s, const std::shared_ptr<RunFiles>& files,
+              const py::object& on_step, int every)
 {
     struct Running {
         Stepper& s;
@@ -144,26 +194,21 @@ py::tuple run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::obje
         ~Running() { s.set_running(false); }
     } running(*s);
 
+    const auto state = std::make_shared<Run>();
+    state->s = s;
+    state->files = files;
     std::exception_ptr raised; // by a signal or a callback: reported when the files are whole
-    bool stopped = false, full = false;
+    bool stopped = false;
     long count = on_step.is_none() ? std::numeric_limits<long>::max() : 1;
-    int iterations = 0;
-    const auto write = [&] {
-        iterations += s->record()->step.iterations;
-        if (!files) return true;
-        const Stopwatch watch;
-        full = !files->write(s->record()->step);
-        s->simulation().spent_on_output(watch.seconds());
-        return !full;
-    };
     while (!stopped && !raised) {
         try {
             {
                 const Stepper::Use use(*s, Stepper::Purpose::run);
                 const py::gil_scoped_release free;
                 const StepResult last =
-                    s->steps(count, std::numeric_limits<double>::infinity(), write);
-                if (full || last.outcome != Outcome::accepted) break;
+                    s->steps(count, std::numeric_limits<double>::infinity(),
+                             [state] { return state->write(); });
+                if (state->full || last.outcome != Outcome::accepted) break;
             }
             count = every;
             const py::object answer = on_step(py::cast(StepView{s->record()}));
@@ -174,37 +219,53 @@ py::tuple run(const std::shared_ptr<Stepper>& s, RunFiles* files, const py::obje
             raised = std::current_exception();
         }
     }
+    if (stopped) state->message = "stopped by on_step";
+    if (raised) state->message = "interrupted by the user";
+    const auto finish = [state] { state->finish(); };
+    if (const std::shared_ptr<Aside> call = s->left(); call && raised && call->then(finish)) {
+        if (files) runs_left().push_back(call);
+        std::rethrow_exception(raised);
+    }
     const Stepper::Use use(*s, Stepper::Purpose::run);
-    RunSummary summary;
-    std::string answer;
     {
         const py::gil_scoped_release free;
-        summary = s->conclude();
-        if (stopped && summary.status == "interrupted") summary.message = "stopped by on_step";
-        if (raised && summary.status == "interrupted") summary.message = "interrupted by the user";
-        if (files) files->finish(*s, summary);
-        answer = answer_of(*s, summary, iterations);
+        const std::shared_ptr<Aside> call = Aside::start(finish, s->stop());
+        try {
+            wait_for(call, {&s, 1});
+        } catch (py::error_already_set&) {
+            if (!raised) raised = std::current_exception();
+            if (files && !call->is_over()) {
+                const py::gil_scoped_acquire hold;
+                runs_left().push_back(call);
+            }
+        }
     }
     if (raised) std::rethrow_exception(raised);
-    return py::make_tuple(summary_dict(summary), answer);
+    return py::make_tuple(summary_dict(state->summary), state->answer);
 }
 
 } // namespace
 
 void add_files(py::module_& module)
 {
-    py::class_<RunFiles>(module, "RunFiles", py::module_local())
+    py::class_<RunFiles, std::shared_ptr<RunFiles>>(module, "RunFiles", py::module_local())
         .def(py::init([](const std::shared_ptr<Stepper>& s, const std::string& folder, bool resume,
                          bool record, std::vector<std::string> command) {
             const Stepper::Use use(*s, Stepper::Purpose::change);
+            wait_for_runs_left();
+            const auto files = std::make_shared<std::shared_ptr<RunFiles>>();
             const py::gil_scoped_release free;
-            return std::make_unique<RunFiles>(*s, folder, resume, record, std::move(command));
+            const auto make = [=] {
+                *files = std::make_shared<RunFiles>(*s, folder, resume, record, command);
+            };
+            wait_for(Aside::start(make, s->stop()), {&s, 1});
+            return *files;
         }))
         .def("add", &RunFiles::add);
     module.def("run", run, py::arg("stepper"), py::arg("files").none(true), py::arg("on_step"),
                py::arg("every"));
     module.def("conclude", [](const std::shared_ptr<Stepper>& s) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
+        const Stepper::Use use(*s, Stepper::Purpose::read);
         RunSummary summary;
         {
             const py::gil_scoped_release free;
@@ -213,9 +274,12 @@ void add_files(py::module_& module)
         return summary_dict(summary);
     });
     module.def("plot_history", [](const std::string& folder) {
-        std::string message;
-        const std::vector<std::string> files = plot_history(folder, message);
-        return py::make_tuple(files, message);
+        const py::gil_scoped_release free;
+        return done_aside([folder] {
+            std::string message;
+            std::vector<std::string> files = plot_history(folder, message);
+            return std::pair(std::move(files), std::move(message));
+        });
     });
 }
 

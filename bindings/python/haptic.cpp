@@ -1,7 +1,7 @@
 #include "bindings/python/records.hpp"
 #include "haptics/link/handle_link.hpp"
 #include "haptics/session/hand_run.hpp"
-#include "solver/output/contact_bodies.hpp"
+#include "solver/record/contact_bodies.hpp"
 
 #include <chrono>
 #include <condition_variable>
@@ -45,7 +45,7 @@ public:
             return shared ? text->walls->of(scene, warnings) : build_obstacles(scene);
         });
         for (const std::string& w : run_.warnings())
-            said_.push_back("warning: " + w);
+            messages_.push_back("warning: " + w);
     }
     ~Session() { end(); }
     Session(const Session&) = delete;
@@ -79,12 +79,12 @@ public:
         return started_ && !ended_;
     }
     SharedHandState latest() const { return locked(latest_); }
-    std::vector<std::string> said() const { return locked(said_); }
-    void ask(std::string line)
+    std::vector<std::string> messages() const { return locked(messages_); }
+    void request(std::string line)
     {
         const std::lock_guard lock(mutex_);
         if (ended_) throw_runtime("the session has ended");
-        asked_.push_back(std::move(line));
+        requests_.push_back(std::move(line));
     }
     /// Of a session that has ended.
     std::string json() const
@@ -119,23 +119,23 @@ private:
     void work()
     {
         HandRunHooks hooks;
-        hooks.say = [this](const std::string& text) {
+        hooks.print_line = [this](const std::string& text) {
             const std::lock_guard lock(mutex_);
-            said_.push_back(text);
+            messages_.push_back(text);
         };
         hooks.changes = [this] {
             const std::lock_guard lock(mutex_);
-            return std::exchange(asked_, {});
+            return std::exchange(requests_, {});
         };
         hooks.after_step = [this](const HandleLink& link, const std::vector<Obstacle>&, bool) {
-            auto told = std::make_shared<Told>();
-            told->bodies = names_;
-            told->step.time = link.time();
-            told->step.step = link.steps();
-            told->step.contacts = link.contact_records();
-            told->step.beams = link.beam_records();
-            auto now = std::make_shared<HandState>(
-                HandState{link.time(), link.steps(), link.device(), link.force(), std::move(told)});
+            auto reported = std::make_shared<ReportedStep>();
+            reported->bodies = names_;
+            reported->step.time = link.time();
+            reported->step.step = link.steps();
+            reported->step.contacts = link.contact_records();
+            reported->step.beams = link.beam_records();
+            auto now = std::make_shared<HandState>(HandState{
+                link.time(), link.steps(), link.device(), link.force(), std::move(reported)});
             const std::lock_guard lock(mutex_);
             latest_ = std::move(now);
         };
@@ -161,7 +161,7 @@ private:
     std::condition_variable ended_at_;
     bool started_ = false, ended_ = false;
     SharedHandState latest_;
-    std::vector<std::string> said_, asked_;
+    std::vector<std::string> messages_, requests_;
     HapticOutcome outcome_;
     std::exception_ptr failure_;
     std::mutex joining_;
@@ -223,15 +223,15 @@ void add_haptic(py::module_& module)
                    std::to_string(s.record->step.contacts.size()) + " contacts>";
         });
 
-    const auto let_go = [](Session* s) {
+    const auto release = [](Session* s) {
         const py::gil_scoped_release free;
         delete s;
     };
     using Owner = std::shared_ptr<Session>;
     py::class_<Session, Owner>(module, "HandSession", py::module_local())
-        .def(py::init([let_go](const std::shared_ptr<SceneText>& scene, std::string device,
-                               double duration, bool virtual_time, double late, int latency,
-                               bool control, int threads, std::string cache) {
+        .def(py::init([release](const std::shared_ptr<SceneText>& scene, std::string device,
+                                double duration, bool virtual_time, double late, int latency,
+                                bool control, int threads, std::string cache) {
             HandRunOptions o;
             o.device = std::move(device);
             o.duration = duration;
@@ -243,7 +243,7 @@ void add_haptic(py::module_& module)
             o.cache = std::move(cache);
             o.own_process = false;
             const py::gil_scoped_release free;
-            return Owner(new Session(scene, o), let_go);
+            return Owner(new Session(scene, o), release);
         }))
         .def("start", &Session::start)
         .def("end",
@@ -260,8 +260,8 @@ void add_haptic(py::module_& module)
         .def_property_readonly("running", &Session::running)
         .def("latest",
              [](const Owner& s) { return std::const_pointer_cast<HandState>(s->latest()); })
-        .def("said", &Session::said)
-        .def("ask", &Session::ask)
+        .def("messages", &Session::messages)
+        .def("request", &Session::request)
         .def("summary", [](const Owner& s) { return from_json(s->json()); })
         .def("message", &Session::message)
         .def("trace", &Session::trace);

@@ -42,7 +42,7 @@ py::array xray_of_simulations(const std::vector<std::shared_ptr<Stepper>>& all,
         image_arguments(camera, height, width, attenuation, white, noise, seed);
     std::vector<Record> records;
     for (const auto& s : all) {
-        const Stepper::Use use(*s, Stepper::Purpose::look);
+        const Stepper::Use use(*s, Stepper::Purpose::read);
         if (!s->record())
             throw_runtime("nothing to see before the first step, which is the state at the start");
         records.push_back(s->record());

@@ -1,5 +1,5 @@
 #include "solver/module.hpp"
-#include "bindings/python/common.hpp"
+#include "bindings/python/aside.hpp"
 #include "solver/output/manifest.hpp"
 
 #include <dlfcn.h>
@@ -39,6 +39,7 @@ PYBIND11_MODULE(_native, module)
     using namespace amontons;
     using namespace amontons::python;
     find_home();
+    add_aside(module);
     add_error_types(module);
     add_contacts(module);
     add_certificates(module);

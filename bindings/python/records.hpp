@@ -7,7 +7,7 @@ namespace amontons::python {
 /// amontons.StepRecord
 struct StepView {
     Record record;
-    py::object quantities = py::object(); ///< made when it is first asked for
+    py::object quantities = py::object(); ///< made at first use
     const StepRecord& step() const { return record->step; }
 };
 /// amontons.Contacts

@@ -1,4 +1,4 @@
-#include "bindings/python/common.hpp"
+#include "bindings/python/aside.hpp"
 
 #include "mesh/base/file.hpp"
 #include "solver/scene/read.hpp"
@@ -34,11 +34,11 @@ void add_scene(py::module_& module)
                  return std::const_pointer_cast<SceneText>(change_scene(s, more));
              })
         .def("check",
-             [](const SceneText& s) {
+             [](const std::shared_ptr<SceneText>& s) {
                  std::string text;
                  {
                      const py::gil_scoped_release free;
-                     text = check_scene(s);
+                     text = done_aside([s] { return check_scene(*s); });
                  }
                  return from_json(text);
              })

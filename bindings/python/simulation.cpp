@@ -8,7 +8,7 @@ namespace amontons::python {
 
 using Outcome = StepResult::Outcome;
 using Owner = std::shared_ptr<Stepper>;
-constexpr auto Look = Stepper::Purpose::look, Change = Stepper::Purpose::change;
+constexpr auto Read = Stepper::Purpose::read, Change = Stepper::Purpose::change;
 
 namespace {
 
@@ -48,7 +48,7 @@ py::object step(const Owner& s, long count)
 py::object advance(const Owner& s, double until)
 {
     {
-        const Stepper::Use use(*s, Look);
+        const Stepper::Use use(*s, Read);
         s->check_until(until);
     }
     return steps(s, std::numeric_limits<long>::max(), until);
@@ -56,7 +56,7 @@ py::object advance(const Owner& s, double until)
 
 py::bytes save(const Owner& s)
 {
-    const Stepper::Use use(*s, Look);
+    const Stepper::Use use(*s, Read);
     return py::bytes(s->save());
 }
 
@@ -70,7 +70,7 @@ void restore(const Owner& s, const py::bytes& bytes)
 
 std::string branch(const Owner& s)
 {
-    const Stepper::Use use(*s, Look);
+    const Stepper::Use use(*s, Read);
     for (const NamedText& t : s->simulation().so_far().texts)
         if (t.name == "branch" || t.name.ends_with("_branch")) return t.value;
     return "";
@@ -78,9 +78,11 @@ std::string branch(const Owner& s)
 
 Owner fork(const Owner& s)
 {
-    const Stepper::Use use(*s, Look);
+    const Stepper::Use use(*s, Read);
     const py::gil_scoped_release free;
-    return s->fork();
+    const auto made = std::make_shared<Owner>();
+    wait_for(Aside::start([s, made] { *made = s->fork(); }, s->stop()), {&s, 1});
+    return *made;
 }
 
 } // namespace
@@ -95,24 +97,24 @@ void add_simulation(py::module_& module)
             SimulationOptions options;
             options.threads = threads;
             options.cache = std::move(cache);
-            return std::make_shared<Stepper>(scene, options);
+            return done_aside([scene, options] { return std::make_shared<Stepper>(scene, options); });
         }))
         .def(py::init(&fork))
         .def("step", step, py::arg("count") = 1)
         .def("advance", advance, py::arg("until"))
         .def_property_readonly("record",
                                [](const Owner& s) {
-                                   const Stepper::Use use(*s, Look);
+                                   const Stepper::Use use(*s, Read);
                                    return view_of(s->record());
                                })
         .def_property_readonly("time",
                                [](const Owner& s) {
-                                   const Stepper::Use use(*s, Look);
+                                   const Stepper::Use use(*s, Read);
                                    return s->time();
                                })
         .def_property_readonly("done",
                                [](const Owner& s) {
-                                   const Stepper::Use use(*s, Look);
+                                   const Stepper::Use use(*s, Read);
                                    return s->done();
                                })
         .def_property_readonly("branch", branch)
@@ -137,7 +139,7 @@ void add_simulation(py::module_& module)
              })
         .def("input_names",
              [](const Owner& s) {
-                 const Stepper::Use use(*s, Look);
+                 const Stepper::Use use(*s, Read);
                  py::list all;
                  for (const InputInfo& i : s->simulation().inputs())
                      all.append(py::make_tuple(i.name, i.unit, i.lower, i.upper));
@@ -145,7 +147,7 @@ void add_simulation(py::module_& module)
              })
         .def("input",
              [](const Owner& s, std::size_t k) {
-                 const Stepper::Use use(*s, Look);
+                 const Stepper::Use use(*s, Read);
                  return s->simulation().input(k);
              })
         .def("set_input",
@@ -155,9 +157,7 @@ void add_simulation(py::module_& module)
              })
         .def("close",
              [](const Owner& s) {
-                 if (s->closed()) return;
-                 const Stepper::Use use(*s, Change);
-                 s->close();
+                 if (!s->closed()) s->close();
              })
         .def_property_readonly("closed", [](const Owner& s) { return s->closed(); });
 }

@@ -355,7 +355,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         double gap;
         bool bound = false; // the gap is no less than this
     };
-    const auto look = [&](const CurvePlace& p) {
+    const auto search = [&](const CurvePlace& p) {
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
         Found f{surface(piece.at(p.t)), 0};
         f.gap = f.wall.distance - piece.radius;
@@ -378,8 +378,8 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
     // ---- Stations
     std::vector<Found> at(stations.size());
     if (seen) seen->resize(stations.size());
-    const auto look_at = [&](std::size_t i) {
-        at[i] = look(stations[i]);
+    const auto visit_place = [&](std::size_t i) {
+        at[i] = search(stations[i]);
         if (!seen) return;
         const CurvePlace& p = stations[i];
         (*seen)[i] = {a.pieces[std::size_t(p.piece)].at(p.t), at[i].wall.distance};
@@ -392,7 +392,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                 s.distance - kSteepestWall * (piece.at(stations[i].t) - s.at).norm() - piece.radius;
             at[i].bound = at[i].gap > reach;
         }
-        if (!at[i].bound) look_at(i);
+        if (!at[i].bound) visit_place(i);
     }
     for (std::size_t i = first; i < stations.size(); ++i)
         if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
@@ -409,12 +409,12 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         const auto apart = [&] { return 0.5 * (f0.gap + f1.gap - 1.1 * length) > reach; };
         if (apart()) continue;
         if (f0.bound || f1.bound) {
-            if (f0.bound) look_at(i);
-            if (f1.bound) look_at((i + 1) % stations.size());
+            if (f0.bound) visit_place(i);
+            if (f1.bound) visit_place((i + 1) % stations.size());
             if (apart()) continue;
         }
         const auto slope = [&](double t, Found& f) {
-            f = look({p.piece, t});
+            f = search({p.piece, t});
             return f.wall.normal.dot(piece.slope(t));
         };
         constexpr int kParts = 6;
@@ -432,7 +432,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                     (slope(middle, f) < 0 ? low : high) = middle;
                 }
                 const double t = 0.5 * (low + high);
-                const Found here = look({p.piece, t});
+                const Found here = search({p.piece, t});
                 if (!best || here.gap < best_found.gap) {
                     best = CurvePlace{p.piece, t};
                     best_found = here;
@@ -443,14 +443,15 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         }
         if (!best || best_found.gap > reach) continue;
         const std::int64_t id = kBulges + std::int64_t(i);
-        const bool met = std::binary_search(known.begin(), known.end(), id);
+        const bool known_before = std::binary_search(known.begin(), known.end(), id);
         // Of smooth walls the stations are enough, and their contacts do not wander.
         const Vec3 along = piece.slope(best->t);
         const double wall = along.dot(best_found.wall.hessian * along),
                      own = std::abs(best_found.wall.normal.dot(piece.bend(best->t)));
         // A contact that was found is kept if it is as closed as its neighbours, up to rounding.
-        if (wall > (met ? 1 : kSharper) * own &&
-            best_found.gap < std::min(f0.gap, f1.gap) + (met ? 1 : -1) * kBulge * piece.radius)
+        if (wall > (known_before ? 1 : kSharper) * own &&
+            best_found.gap <
+                std::min(f0.gap, f1.gap) + (known_before ? 1 : -1) * kBulge * piece.radius)
             add(*best, best_found, id, true);
     }
 }

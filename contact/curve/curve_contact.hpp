@@ -73,6 +73,7 @@ struct CurveContact {
 
 /// Stations of a curve: the starts of its pieces, its end, and others between them so that none is
 /// farther from the next than `spacing` along its piece (0: none between).
+/// @param spacing  along the piece [m], >= 0
 std::vector<CurvePlace> stations(const Curve& curve, double spacing);
 
 /// The last evaluation of a surface for a station.
@@ -88,6 +89,7 @@ struct SeenDistance {
 /// @param first  stations before it are left out
 /// @param seen   of a surface that stands still and is no steeper than a wall: what is known of it
 ///               from earlier calls. The result is the same without.
+/// @param reach  largest gap of a contact [m]
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out,
@@ -97,6 +99,7 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
 /// touches itself where its arc between is longer than three radii. What lies between stations
 /// along each other and a crossing is both in part: their gaps contain an overlap that is allowed,
 /// at most 0.01125 of the two radii.
+/// @param reach  largest gap of a contact [m]
 void touch_curve(const Curve& a, std::span<const CurvePlace> stations, const Curve& b, double reach,
                  std::vector<CurveContact>& out);
 

@@ -72,7 +72,7 @@ public:
     {
         Place best;
         best.sample.distance = kInfinity;
-        const auto look = [&](int e, double t) {
+        const auto search = [&](int e, double t) {
             const CurvePiece& p = curve_.pieces[std::size_t(e)];
             const Vec3 d = x - p.at(t);
             const double length = d.norm();
@@ -82,16 +82,16 @@ public:
             best.sample.normal = d / length;
         };
         if (only_) {
-            look(only_->piece, only_->t);
+            search(only_->piece, only_->t);
             return best;
         }
         BoundingBox point;
         point.add(x);
         tree_->visit(point, [&](std::int32_t e) {
-            look(e, 0);
-            look(e, 1);
+            search(e, 0);
+            search(e, 1);
             const std::optional<double> t = foot(curve_.pieces[std::size_t(e)], x);
-            if (t && *t > 0 && *t < 1) look(e, *t);
+            if (t && *t > 0 && *t < 1) search(e, *t);
         });
         return best;
     }
@@ -127,8 +127,8 @@ public:
     /// @param x  of the node [m]
     bool has(std::int32_t node, const Vec3& x) const
     {
-        const bool met = std::binary_search(known_.begin(), known_.end(), kNodes + node) ||
-                         std::binary_search(known_.begin(), known_.end(), kCorners + node);
+        const bool known_before = std::binary_search(known_.begin(), known_.end(), kNodes + node) ||
+                                  std::binary_search(known_.begin(), known_.end(), kCorners + node);
         const RoundSurface::Place near = round_(x);
         if (near.sample.distance == kInfinity) return false;
         const Vec3 along = a_.pieces[std::size_t(near.at.piece)].slope(near.at.t).normalized();
@@ -136,7 +136,7 @@ public:
         // Of a round end, all around.
         const bool end = round_.is_ball() || across.norm() < 0.5;
         const double width = feet_.width_at(node, end ? Vec3(Vec3::Zero()) : across.normalized());
-        return width > 0 && width <= (met ? kFineStays : 1) * fine_;
+        return width > 0 && width <= (known_before ? kFineStays : 1) * fine_;
     }
     bool has(const FaceFoot& foot, std::span<const Vec3> places) const
     {

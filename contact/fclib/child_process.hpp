@@ -9,7 +9,7 @@ namespace amontons::fclib_module {
 ///
 /// The child inherits nothing of the work back but the bytes: what the work damages, allocates or
 /// leaves open is lost with it.
-/// @param work    may throw std::exception, whose message comes back as one of ours
+/// @param work    may throw std::exception, whose message is that of the exception thrown here
 /// @param memory  address space that the child may add [bytes]
 /// @param time    processor time that the child may take [s]
 /// @return        bytes allocated by std::malloc, and their number

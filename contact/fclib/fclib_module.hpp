@@ -2,7 +2,7 @@
 
 // The entry points of the run-time module libamontons-fclib.so, as plain C: the program opens it
 // with dlopen only when a contact problem is read or written, so that no other command maps HDF5
-// and the 35 libraries behind it. Never link the module; look the names up.
+// and the 35 libraries behind it. Never link the module; resolve its names at run time.
 //
 // The module depends on HDF5 and contains nothing of contact. A file is bytes in memory on one
 // side, and on the other the datasets that are in it (contact/named_arrays.hpp).

@@ -1,6 +1,6 @@
 // HDF5's C library, and not libfclib: libfclib ends the process on what it does not expect, takes
-// sizes from one dataset for another, and has no limit. What it writes we read, and what we
-// write it reads: the tests of this folder link it.
+// sizes from one dataset for another, and has no limit. What it writes is read here, and what is
+// written here it reads: the tests of this folder link it.
 
 #include "contact/fclib/child_process.hpp"
 #include "contact/fclib/fclib_module.hpp"

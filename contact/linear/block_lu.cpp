@@ -6,7 +6,7 @@
 #include <algorithm>
 #include <cmath>
 
-// The supernodal left-looking factor. Supernode S of w block columns has m block rows R below:
+// The supernodal left-looking factorisation. Supernode S of w block columns has m block rows R below:
 //
 //      [ D_S   U_S ]        D_S: 3w x 3w, inverted (or factorised) with pivoting inside
 //      [ L_S    .  ]        kept: D_S^-1, L_S D_S^-1 and U_S^T, the last two of one shape

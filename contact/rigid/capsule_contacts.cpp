@@ -143,8 +143,8 @@ void touch_polyhedron(const PairFrame& pair, const Core& core, const PolyhedronS
         const Vec3 &n0 = b.normals[at(ends.face[0])], &n1 = b.normals[at(ends.face[1])];
         const Vec3 n = cross / (cross.dot(n0 + n1) < 0 ? -sine : sine);
         // A core that lies on a face crosses its outline twice, at any inclination.
-        const double lean = n0.dot(n1) < kOpposed ? kInclined : kStrict;
-        if (n.dot(edge.into[0]) > lean || n.dot(edge.into[1]) > lean) continue;
+        const double tilt = n0.dot(n1) < kOpposed ? kInclined : kStrict;
+        if (n.dot(edge.into[0]) > tilt || n.dot(edge.into[1]) > tilt) continue;
         const double gap = -n.dot(w) - core.radius;
         if (!(gap <= pair.reach)) continue;
         const Vec3 x = core.centre + s * core.axis;

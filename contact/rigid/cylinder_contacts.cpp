@@ -176,7 +176,7 @@ Best cylinder_separation(const TurnedCylinder& a, const PolyhedronView& b)
     return best;
 }
 
-// Of bodies that are not convex: may a point this deep under a face, or in the cylinder, go
+// Of bodies that are not convex: may a point this deep under a face, or in the cylinder, move
 // this way out?
 bool nearest_way(const CylinderPair& p, double depth, double least_depth)
 {

@@ -42,6 +42,7 @@ using SampleWall = std::function<WallSample(const Vec3&)>;
 /// are the wall's. A ball and every corner exactly (where the distance is); edges, faces and the
 /// sides of cylinders where the wall bulges into them; nothing for a Plane.
 /// Cost: one sample for each corner, edge and face near the wall, some more where it bulges.
+/// @param reach  [m], >= 0
 void detect_wall(const RigidShape& a, const Pose& pose_a, const SampleWall& wall, double reach,
                  std::vector<RigidContact>& out);
 

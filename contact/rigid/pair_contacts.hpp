@@ -76,6 +76,7 @@ void touch(const PairFrame& pair, const TriangleShape& a, const TriangleShape& b
            RigidContacts& out);
 
 /// Drops contacts from `begin` on that repeat an earlier one: same points, nearly the same normal.
+/// @param size  of the smaller body, in whose unit points are compared [m]
 void drop_repeated(RigidContacts& out, std::size_t begin, double size);
 
 /// The place on a solid's surface nearest to x.

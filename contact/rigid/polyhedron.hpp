@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-// A body with flat faces as contact sees it: coplanar triangles are one face, and only real
+// A body with flat faces, prepared for contact: coplanar triangles are one face, and only real
 // corners and edges are left.
 
 namespace amontons {

@@ -88,12 +88,13 @@ bool on_face(const PolyhedronSide& side, std::int32_t face, const Vec3& x, doubl
 /// Height of a vertex over a face if it may touch it: the foot lies on the face, and the body at
 /// the vertex rises from the face or falls towards it by less than 30 degrees.
 /// @param on_a    the vertex is a's, the face b's; else the other way round
-/// @param beyond  how far the foot may lie beyond an edge where the face meets another in a
+/// @param beyond  how far the foot may lie beyond an edge that the face shares with another in a
 ///                hollow [m]
 /// @returns nothing above reach
 std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
                                        std::int32_t face, double beyond = 0);
 /// Adds a contact of a vertex with a face of the other body, if it is within reach and valid.
+/// @param height  of the vertex over the face [m]
 void add_vertex_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex, std::int32_t face,
                      double height);
 

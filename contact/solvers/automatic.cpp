@@ -33,7 +33,7 @@ constexpr double kWarmSweeps = 30; ///< that sweeps take from a warm start
 constexpr double kSweepRoundOff = 1e-15;
 constexpr double kHardlyHelped = 0.2;            ///< error, beside 1 for no reaction at all
 constexpr int kFewSweeps = 100, kDoublings = 10; ///< between two paths, more in each round
-/// Softness that lets an infeasible problem's reactions grow to 1e10 times their size.
+/// Compliance at which an infeasible problem's reactions grow to 1e10 times their size.
 constexpr double kSoft = 1e-10;
 
 /// alpha of the proximal problems that follow on every third of the close paths.

@@ -17,7 +17,7 @@ struct Proximal {
 
 /// Parameters of Newton's method along the central path.
 struct NewtonPath {
-    bool smooth = true;     ///< round the corners of the law and let the rounding tend to zero;
+    bool smooth = true;     ///< round the corners of the law, with a rounding that tends to zero;
                             ///< false: semismooth Newton on the law itself
     bool from_afar = false; ///< begin with corners as wide as the problem, not as the error
     /// From near, corners are at least this wide at the start: the error may be small while the
@@ -43,7 +43,8 @@ struct NewtonPath {
 };
 
 /// Paths for problems on which the quick one fails: the iterates stay much closer to the path. Each
-/// smoothing has a path of its own, and where one folds back the next may not.
+/// smoothing has a path of its own, and where one folds back the next may not. Arguments as the
+/// fields of NewtonPath [-].
 constexpr NewtonPath close_path(double reduction, double closeness, double rho, double spread)
 {
     return {.reduction = reduction,

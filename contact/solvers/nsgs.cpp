@@ -33,14 +33,14 @@ void solve_nsgs(SolverWork& work)
     Eigen::VectorXd before = work.r;
     const bool symmetric = work.options.nsgs.order == SolverOptions::Nsgs::Order::symmetric;
 
-    int next_proof = kFirstProof, next_look = 0;
+    int next_proof = kFirstProof, next_check = 0;
     for (int done = 0;; ++done) {
-        if (done < next_look && !work.progress.must_stop()) {
+        if (done < next_check && !work.progress.must_stop()) {
             work.progress.pass();
         } else {
             if (work.progress.ends(work.r, work.u)) break;
-            next_look = std::min(done + 1 + std::min(done / kSeldom, kSeldomest),
-                                 std::max(done + 1, work.options.max_iterations));
+            next_check = std::min(done + 1 + std::min(done / kSeldom, kSeldomest),
+                                  std::max(done + 1, work.options.max_iterations));
         }
         if (done == next_proof) before = work.r;
         if (done == next_proof + kProofSweeps) {
@@ -88,7 +88,7 @@ bool AcceleratedNsgs::advance(int sweeps)
         if (known_ > 0) extrapolate();
         before_ = work_.r;
         sweeper_.sweep(0);
-        remember();
+        store_iterate();
     }
     return false;
 }
@@ -104,7 +104,7 @@ void AcceleratedNsgs::extrapolate()
     work_.u.noalias() -= u_change_.leftCols(known_) * share;
 }
 
-void AcceleratedNsgs::remember()
+void AcceleratedNsgs::store_iterate()
 {
     residual_ = (work_.r - before_).cwiseQuotient(work_.scale);
     if (has_last_) {

@@ -27,7 +27,7 @@ public:
 
 private:
     void extrapolate();
-    void remember();
+    void store_iterate();
 
     SolverWork& work_;
     Sweeper sweeper_;

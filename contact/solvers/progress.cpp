@@ -28,16 +28,16 @@ SolveProgress::SolveProgress(const ContactProblem& problem, const SolverOptions&
 bool SolveProgress::converged(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
 {
     error_ = natural_map_(r, u, residuals_);
-    const bool due = exact || looks_ >= next_refresh_;
+    const bool due = exact || passes_ >= next_refresh_;
     if (error_ > threshold_ && !due) return false;
 
-    if (looks_ > 0) { // the start comes with an exact u
+    if (passes_ > 0) { // the start comes with an exact u
         problem_.W.apply(r, u);
         u += problem_.q;
         error_ = natural_map_(r, u, residuals_);
     }
     if (due) {
-        next_refresh_ = looks_ + kRefreshEvery;
+        next_refresh_ = passes_ + kRefreshEvery;
         threshold_ = natural_map_.threshold(r, u, options_.tolerance);
     }
     // Sweeps end just below the threshold: there round-off decides.
@@ -65,7 +65,7 @@ bool SolveProgress::converged_by_rounding(const Eigen::VectorXd& r, const Eigen:
 bool SolveProgress::ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact)
 {
     const bool success = converged(r, u, exact);
-    run_.iterations = looks_++;
+    run_.iterations = passes_++;
 
     if (error_ < best_ || run_.reaction.size() == 0) {
         best_ = error_;

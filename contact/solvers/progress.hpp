@@ -9,7 +9,7 @@
 
 namespace amontons {
 
-/// What an iterative solver hands back; solve() certifies it.
+/// Result of an iterative solver; solve() certifies it.
 struct SolverRun {
     Eigen::VectorXd reaction; ///< the best iterate
     int iterations = 0;
@@ -34,7 +34,7 @@ public:
     bool ends(const Eigen::VectorXd& r, Eigen::VectorXd& u, bool exact = false);
 
     /// Counts an iterate that is not evaluated.
-    void pass() { ++looks_; }
+    void pass() { ++passes_; }
 
     /// Ends the run as infeasible.
     void prove(InfeasibilityProof proof);
@@ -44,7 +44,7 @@ public:
     bool has_time_for(double seconds);
     /// Of max_seconds [s].
     double seconds_left() const { return std::max(0.0, options_.max_seconds - clock_.seconds()); }
-    /// max_seconds are over, or a stop was asked for.
+    /// max_seconds are over, or a stop was requested.
     bool must_stop() const
     {
         return (options_.stop && *options_.stop) || clock_.seconds() >= options_.max_seconds;
@@ -76,7 +76,7 @@ private:
     double threshold_ = 0;
     double stall_reference_ = std::numeric_limits<double>::infinity();
     int stall_start_ = 0;
-    int looks_ = 0, next_refresh_ = 16, next_history_ = 0;
+    int passes_ = 0, next_refresh_ = 16, next_history_ = 0;
 };
 
 } // namespace amontons

@@ -23,6 +23,7 @@ public:
     Merit merit(const Eigen::VectorXd& r, const Eigen::VectorXd& u, const Smoothing& s) const;
     /// Adds the contacts whose own |F| is above a limit, ascending.
     /// @returns false if there are none that are new, or more than `most` with those there
+    /// @param limit  dimensionless, as |F|
     bool add_beyond(double limit, std::size_t most, const Eigen::VectorXd& r,
                     const Eigen::VectorXd& u, const Smoothing& s, std::vector<int>& few) const;
     /// Linearises the law of every contact at (r, u) and this rounding.
@@ -42,8 +43,8 @@ public:
     /// W of bodies only.
     ///
     /// Where a few contacts hold all of the merit, their corners would cut every step short. With
-    /// all others condensed they are a problem of few rows, whose own Newton steps cost next to
-    /// nothing. Source: Lanzkron, Rose & Wilkes, SIAM J. Sci. Comput. 17 (1996).
+    /// all others condensed they are a problem of few rows, whose own Newton steps have a
+    /// negligible cost. Source: Lanzkron, Rose & Wilkes, SIAM J. Sci. Comput. 17 (1996).
     /// @param limit  what their |F| together is to be below
     /// @returns  whether it is
     bool solve_few(const std::vector<int>& few, double limit, const std::vector<LinearisedLaw>& law,

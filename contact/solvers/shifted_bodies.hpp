@@ -29,6 +29,7 @@ public:
     /// A lower bound of it that needs no analysis [ns].
     double filling_cost() const;
     /// @returns false if it is singular to working precision
+    /// @param shift  added to W + D, > 0, in the scale of the problem [-]
     bool factorise(const std::vector<LinearisedLaw>& law, double shift);
     /// x on closed rows, 0 on open ones.
     void solve(const Eigen::VectorXd& b, Eigen::VectorXd& x) const;

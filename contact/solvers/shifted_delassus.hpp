@@ -40,7 +40,7 @@ public:
     };
     /// Linear response of these contacts: see Response.
     Response response(const std::vector<int>& contacts) const;
-    double shift() const { return shift_; } ///< of the last factor, no less than was asked for
+    double shift() const { return shift_; } ///< of the last factor, no less than requested
     /// Factors without a search of pivots are tried again, although one has been too inaccurate.
     void trust() { distrusted_ = false; }
     /// Estimated time of a factor of this many closed rows [ns on one core of 2024]; 0 for a

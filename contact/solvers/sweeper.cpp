@@ -78,7 +78,7 @@ void Sweeper::sweep(double freeze, bool backward)
     const int n = contact_count(work_.problem);
     settled_ = freeze * freeze * work_.progress.residuals().squaredNorm() / n;
     own_settled_ = freeze * freeze * worst_;
-    looks_ = freeze > 0;
+    watches_ = freeze > 0;
     if (work_.columns.is_of_bodies()) return sweep_bodies(backward);
     worst_ = 0;
     work_.columns.spread(work_.u, u_);
@@ -127,7 +127,7 @@ void Sweeper::sweep_bodies(bool backward)
     work_.u = u_;
 }
 
-/// Visits a contact that is not settled. @returns  its change squared at its own scale, if asked
+/// Visits a contact that is not settled. @returns  its change squared at its own scale, if requested
 double Sweeper::visit_if_changed(int i)
 {
     const bool frictional = kind_of(work_.problem, i) == ContactKind::frictional;
@@ -136,7 +136,7 @@ double Sweeper::visit_if_changed(int i)
     if (frictional && u[0] >= 0 && work_.r[row] == 0) return 0; // open, as the law requires
     double own = 0;
     double* const seen = seen_.data() + row;
-    if (looks_) {
+    if (watches_) {
         // How far others have moved it since its last visit. Its residual then was none, and is now
         // rho times this at most, up to mu: far cheaper than the natural map.
         double change = (u[0] - seen[0]) * (u[0] - seen[0]);
@@ -202,11 +202,11 @@ void Sweeper::visit_row(int i)
 {
     double& r = work_.r[work_.columns.first_row(i)];
     // rho of one row is 1 / W_ii
-    double wanted = r - u_[work_.columns.slot(i)] * work_.progress.natural_map().rho(i);
-    if (kind_of(work_.problem, i) == ContactKind::frictionless) wanted = std::max(0.0, wanted);
-    const double change = wanted - r;
+    double next = r - u_[work_.columns.slot(i)] * work_.progress.natural_map().rho(i);
+    if (kind_of(work_.problem, i) == ContactKind::frictionless) next = std::max(0.0, next);
+    const double change = next - r;
     if (change == 0) return;
-    r = wanted;
+    r = next;
     add(i, &change);
 }
 

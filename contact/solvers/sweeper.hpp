@@ -56,7 +56,7 @@ private:
     Eigen::VectorXd multiplier_;           ///< last one of each contact that slipped, else 0
     Colours colours_;                      ///< of a W of bodies
     double settled_ = 0, own_settled_ = 0; ///< changes squared that need no visit in this sweep
-    bool looks_ = false;                   ///< are there any?
+    bool watches_ = false;                 ///< are there any?
     double worst_ = 0;     ///< largest change of u in the last sweep, each at its own scale
     Eigen::VectorXd seen_; ///< u of each contact as its last visit left it, rows
 };

@@ -24,7 +24,7 @@ struct Candidate {
     SurfaceContact contact;
     PerNode values;
     double length = 0;
-    bool met = false; ///< inside the face, or by two
+    bool confirmed = false; ///< inside the face, or by two
 };
 
 bool is_inside(int nodes, const Vec2& xi)
@@ -101,7 +101,7 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
                    kSameBulge * std::max(longest, c.length);
         });
         if (same != found.end()) {
-            same->met = true;
+            same->confirmed = true;
             continue;
         }
         SurfaceContact c;
@@ -113,7 +113,7 @@ SurfaceContacts bulge_contacts(const ExternalSurface& slave, std::span<const Vec
         found.push_back({c, spot.values, longest, is_inside(face.nodes, xi)});
     }
     for (Candidate& candidate : found) {
-        if (!candidate.met) continue;
+        if (!candidate.confirmed) continue;
         SurfaceContact& c = candidate.contact;
         const std::span<const std::int32_t> nodes = slave.face(std::size_t(c.id));
         c.slave_begin = std::int32_t(out.stencil.size());

@@ -31,13 +31,13 @@ struct Carriers {
     }
 };
 
-/// @param wanted  of each of the surface's used nodes: whether its patches are asked for; empty:
+/// @param requested  of each of the surface's used nodes: whether its patches are requested; empty:
 /// all
 Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> places,
-                     std::span<const char> wanted = {})
+                     std::span<const char> requested = {})
 {
-    const auto is_wanted = [&](std::int32_t number) {
-        return wanted.empty() || wanted[at(number)] != 0;
+    const auto is_requested = [&](std::int32_t number) {
+        return requested.empty() || requested[at(number)] != 0;
     };
     struct Part {
         std::int32_t node;
@@ -48,7 +48,7 @@ Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> place
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> nodes = surface.face(f);
         if (std::none_of(nodes.begin(), nodes.end(), [&](std::int32_t node) {
-                return is_wanted(surface.surface_nodes[at(node)]);
+                return is_requested(surface.surface_nodes[at(node)]);
             }))
             continue;
         const FaceInPlane face(nodes, places);
@@ -59,7 +59,7 @@ Carriers carriers_of(const ExternalSurface& surface, std::span<const Vec3> place
             const auto k = static_cast<std::size_t>(i);
             const std::int32_t number =
                 surface.surface_nodes[at(nodes[static_cast<std::size_t>(m.node[k])])];
-            if (!is_wanted(number)) continue;
+            if (!is_requested(number)) continue;
             parts.push_back({number, {normal, m.full[k]}});
             ++count[at(number) + 1];
         }
@@ -157,16 +157,16 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
         SurfaceContact c;
         c.id = carriers.node[i];
         c.point = slave_places[at(carriers.node[i])];
-        const NearestFace::Found met = near.find(c.point, reach, [&](const Facet& facet) {
+        const NearestFace::Found hit = near.find(c.point, reach, [&](const Facet& facet) {
             return facing(carriers.of(i), facet.normal).area > 0;
         });
-        if (!met.facet) continue;
+        if (!hit.facet) continue;
 
-        const std::span<const std::int32_t> nodes = master.face(at(met.facet->face));
+        const std::span<const std::int32_t> nodes = master.face(at(hit.facet->face));
         const FaceInPlane face(nodes, master_places);
-        const FaceSpot foot = spot(face, nearest_xi(face, c.point, met.point.xi));
-        const Vec3 normal = smooth && smooth->has(met.facet->face)
-                                ? smooth->normal(met.facet->face, foot.values)
+        const FaceSpot foot = spot(face, nearest_xi(face, c.point, hit.point.xi));
+        const Vec3 normal = smooth && smooth->has(hit.facet->face)
+                                ? smooth->normal(hit.facet->face, foot.values)
                                 : Vec3(foot.along[0].cross(foot.along[1]).normalized());
         const FacingSum own = facing(carriers.of(i), normal);
         if (!(own.area > 0)) continue;
@@ -174,8 +174,8 @@ SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec
         c.normal = (normal - own.normal.normalized()).normalized();
         const Vec3 apart = c.point - foot.place;
         c.gap = c.normal.dot(apart);
-        if (std::abs(c.gap) > reach || !NearestFace::is_over(apart, c.normal, *met.facet)) continue;
-        if (!met.on_this_side) continue;
+        if (std::abs(c.gap) > reach || !NearestFace::is_over(apart, c.normal, *hit.facet)) continue;
+        if (!hit.on_this_side) continue;
         stencil.clear();
         for (std::size_t l = 0; l < nodes.size(); ++l)
             stencil.push_back({nodes[l], foot.values[static_cast<Eigen::Index>(l)]});

@@ -24,6 +24,7 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
 /// of the master is finer (some of its nodes may touch nothing). A node beyond the master's border
 /// touches nothing.
 /// @param smooth_normals  as MortarOptions
+/// @param reach  largest |gap| of a contact [m]
 SurfaceContacts nodal_contacts(const ExternalSurface& slave, std::span<const Vec3> slave_places,
                                const ExternalSurface& master, std::span<const Vec3> master_places,
                                double reach, bool smooth_normals = false);

@@ -165,8 +165,9 @@ SurfaceContacts ContactSums::contacts(std::span<const Vec3> slave_places,
         c.master_begin = c.slave_end;
         c.master_end = append(master, master_begin[k], master_begin[k + 1], m.area);
         c.point = weighted(out.slave(c), slave_places);
-        const Vec3 met = fixed_ ? Vec3(m.far / m.area) : weighted(out.master(c), master_places);
-        c.gap = c.normal.dot(c.point - met);
+        const Vec3 opposite =
+            fixed_ ? Vec3(m.far / m.area) : weighted(out.master(c), master_places);
+        c.gap = c.normal.dot(c.point - opposite);
         if (std::abs(c.gap) <= reach)
             out.contact.push_back(c);
         else

@@ -91,7 +91,7 @@ public:
         return contacts(faces, normals ? &*normals : nullptr);
     }
 
-    /// With one that does not: `options` ask for its normals, smooth.
+    /// With one that does not: with `options` that smooth its normals.
     SurfaceContacts contacts(const FixedShape& master)
     {
         fixed_.emplace(master, slave_, slave_places_);

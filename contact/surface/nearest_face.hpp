@@ -32,6 +32,7 @@ public:
         bool on_this_side = true;
     };
     /// The nearest facet within reach of x that is accepted. Of equally near ones the first.
+    /// @param reach  largest distance [m]
     template <class Accept> Found find(const Vec3& x, double reach, Accept accept) const
     {
         BoundingBox near;

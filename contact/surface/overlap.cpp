@@ -14,7 +14,7 @@ constexpr double kShallow = 1e-3;     // of a face: depths that may be left out
 constexpr double kNearFace = 0.1;     // of a face: nearer places take the surface's normal
 constexpr double kSharpEdge = 0.7071; // cosine of the angle between faces of one bent surface
 constexpr double kFlatQuad = 1e-9;    // of its size: a quadrilateral that is bent by less is flat
-constexpr double kUpright = 1e-6;     // sine: a place is over a face
+constexpr double kAboveFace = 1e-6;   // sine: a place is over a face
 constexpr double kAlone = 0.9;        // cosine: a normal is that of one side, not of an edge
 
 Vec3 middle_of(const FacetedSurface::Triangle& t, std::span<const Vec3> x)
@@ -272,7 +272,7 @@ void FaceDistance::touch_bent_face_(const Vec3& x, Foot& foot) const
     const FaceSpot at = spot(face, xi);
     const Vec3 normal = at.along[0].cross(at.along[1]).normalized(), way = x - at.place;
     // Beside the face it is the edge's, as above.
-    if (!(way.cross(normal).norm() <= kUpright * way.norm() + kFlatQuad * p.norm())) return;
+    if (!(way.cross(normal).norm() <= kAboveFace * way.norm() + kFlatQuad * p.norm())) return;
     foot.point = at.place;
     foot.distance = way.dot(normal);
     foot.normal = normal;
@@ -398,17 +398,17 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     std::vector<unsigned char> beyond(a.places.size()); // of the nodes of a
     for (const std::int32_t n : surface.used_nodes)
         if (!(way.dot(a.places[std::size_t(n)]) >= begins)) beyond[std::size_t(n)] = kOutOfReach;
-    BoundingBox meets;
+    BoundingBox touch_box;
     std::vector<const FacetedSurface::Edge*> edges;
     for (const FacetedSurface::Edge& e : a.facets.edges()) {
         if (beyond[std::size_t(e.nodes[0])] & beyond[std::size_t(e.nodes[1])] & kOutOfReach)
             continue;
         edges.push_back(&e);
         for (const std::int32_t n : e.nodes)
-            meets.add(a.places[std::size_t(n)]);
+            touch_box.add(a.places[std::size_t(n)]);
     }
-    shared.low = shared.low.max(meets.low);
-    shared.high = shared.high.min(meets.high);
+    shared.low = shared.low.max(touch_box.low);
+    shared.high = shared.high.min(touch_box.high);
     if (!(shared.low <= shared.high).all()) return;
     for (const std::int32_t n : surface.used_nodes)
         beyond[std::size_t(n)] |= (unsigned char)sides_beyond(a.places[std::size_t(n)], shared);
@@ -424,7 +424,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         const std::optional<FaceDistance::Foot> foot = distance.at(x, hint);
         // Deeper places may be nearer to a triangle that was left out.
         if (!foot || !(foot->distance < 0) || -foot->distance > room) return foot;
-        // All faces that meet at either place count: which comes first is the mesh's accident.
+        // All faces that share either place count: which comes first is arbitrary.
         faces_at(a, own, -foot->normal, own_faces);
         faces_at(b, distance.place_of(*foot), foot->normal, other_faces);
         OverlapSpot s;
@@ -454,11 +454,11 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         const Vec3 &x0 = a.places[std::size_t(e.nodes[0])], &x1 = a.places[std::size_t(e.nodes[1])];
         note(own, x0 + share * (x1 - x0));
     };
-    struct Met {
+    struct TouchedNode {
         std::int32_t node;
         FaceDistance::Foot foot;
     };
-    std::vector<Met> met; // node by node
+    std::vector<TouchedNode> touched; // node by node
 
     // ---- Nodes inside, edges that enter and leave
     for (const std::int32_t n : surface.used_nodes) {
@@ -466,12 +466,12 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         SurfacePlace own;
         own.count = 1;
         own.node[0] = {n, 1};
-        if (const auto foot = note(own, a.places[std::size_t(n)])) met.push_back({n, *foot});
+        if (const auto foot = note(own, a.places[std::size_t(n)])) touched.push_back({n, *foot});
     }
-    const auto met_by = [&](std::int32_t node) -> const FaceDistance::Foot* {
+    const auto touched_by = [&](std::int32_t node) -> const FaceDistance::Foot* {
         if (beyond[std::size_t(node)]) return nullptr;
-        const auto at = std::ranges::lower_bound(met, node, {}, &Met::node);
-        return at != met.end() && at->node == node ? &at->foot : nullptr;
+        const auto at = std::ranges::lower_bound(touched, node, {}, &TouchedNode::node);
+        return at != touched.end() && at->node == node ? &at->foot : nullptr;
     };
     std::vector<double> shares;
     for (const FacetedSurface::Edge* edge : edges) {
@@ -485,7 +485,7 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
             note_on_edge(e, 0.5 * (shares[k] + shares[k + 1]));
         }
         // Ends that lie on two sides of b, of no depth, and between them its edge.
-        const FaceDistance::Foot *p = met_by(e.nodes[0]), *q = met_by(e.nodes[1]);
+        const FaceDistance::Foot *p = touched_by(e.nodes[0]), *q = touched_by(e.nodes[1]);
         if (p && q && p->normal.dot(q->normal) < kSharpEdge &&
             !distance.on_one_side(*p, *q,
                                   std::min(shallow.of_face * (x1 - x0).norm(), shallow.depth)))
@@ -510,7 +510,7 @@ struct DeepestPlace {
 
     static constexpr int kMostSamples = 400, kMostLevels = 12, kBentLevels = 2;
 
-    void look(const std::array<Vec2, 3>& corner, double tolerance, int level)
+    void search(const std::array<Vec2, 3>& corner, double tolerance, int level)
     {
         const Vec2 centre = (corner[0] + corner[1] + corner[2]) / 3;
         const FaceSpot at = spot(face, centre);
@@ -532,10 +532,10 @@ struct DeepestPlace {
         if ((below >= goal && !bent) || level >= kMostLevels || samples >= kMostSamples) return;
         const std::array<Vec2, 3> half{(corner[0] + corner[1]) / 2, (corner[1] + corner[2]) / 2,
                                        (corner[2] + corner[0]) / 2};
-        look(half, tolerance, level + 1);
-        look({corner[0], half[0], half[2]}, tolerance, level + 1);
-        look({half[0], corner[1], half[1]}, tolerance, level + 1);
-        look({half[2], half[1], corner[2]}, tolerance, level + 1);
+        search(half, tolerance, level + 1);
+        search({corner[0], half[0], half[2]}, tolerance, level + 1);
+        search({half[0], corner[1], half[1]}, tolerance, level + 1);
+        search({half[2], half[1], corner[2]}, tolerance, level + 1);
     }
 };
 
@@ -583,7 +583,7 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         }
         deepest.size = longest_edge(surface, f, a.places);
         for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
-            deepest.look(t.xi, kShallow * deepest.size, 0);
+            deepest.search(t.xi, kShallow * deepest.size, 0);
         if (!(deepest.least < 0)) continue;
         OverlapSpot s;
         s.depth = -deepest.least;

@@ -27,7 +27,7 @@ struct OverlapSpot {
     Vec3 point = Vec3::Zero();
     /// The place on the body's own surface.
     SurfacePlace own;
-    double face = 0;  ///< the smaller of the faces that meet, by its longest edge [m]
+    double face = 0;  ///< the smaller of the touching faces, by its longest edge [m]
     double bulge = 0; ///< of both: what flat faces leave [m]
     double round = 0; ///< of an exact shape alone, by the least of its two curvatures [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
@@ -43,7 +43,7 @@ public:
         double distance = 0;
         Vec3 point = Vec3::Zero(); ///< on the surface
         /// Unit: the gradient of the distance; close to the surface that of the face, or the mean
-        /// of those that meet there.
+        /// of those that touch there.
         Vec3 normal = Vec3::Zero();
         std::int32_t triangle = 0;
         /// What of the triangle is nearest; within 1e-3 of it a corner or an edge.
@@ -107,7 +107,7 @@ Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
 /// What is deep in neither way needs no bulge (nor `round`): it is left 0, and costs most of a
 /// search.
 struct Shallow {
-    double of_face = 0; ///< depth over the smaller of the faces that meet [-]
+    double of_face = 0; ///< depth over the smaller of the touching faces [-]
     double depth = std::numeric_limits<double>::infinity(); ///< [m]
 
     bool operator()(const OverlapSpot& s) const
@@ -117,7 +117,7 @@ struct Shallow {
 };
 
 /// Places of a that are inside the body of b; their depth is that below b.
-/// Cost: O(n log n) where their boxes meet.
+/// Cost: O(n log n) where their boxes overlap.
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots,
                    const Shallow& shallow = {});
 

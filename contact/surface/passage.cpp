@@ -43,7 +43,7 @@ struct Moment {
 };
 
 /// Whether a node that is above a triangle before and below it after passes through it.
-template <class At> bool goes_through(At at)
+template <class At> bool passes_through(At at)
 {
     // The height is a cubic of the share: the first change of sign among a few pieces, bisected.
     constexpr int kPieces = 8, kHalvings = 40;
@@ -104,7 +104,7 @@ std::optional<Vec3> nodes_through_faces(const MovedSurface& of_nodes, const Move
             if (found) return;
             const Moment end = at(1);
             if (!(at(0).height() > 0) || !(end.height() < -depth * end.normal().norm())) return;
-            if (goes_through(at)) found = x1;
+            if (passes_through(at)) found = x1;
         });
         if (found) break;
     }
@@ -126,7 +126,8 @@ namespace {
 double thickness_below(const ExternalSurface& surface, std::span<const Vec3> places, double bound,
                        double facing)
 {
-    constexpr double kFlat = 1e-9; // of a triangle: it has no normal, or the ray meets its edge
+    constexpr double kFlat =
+        1e-9; // of a triangle: it has no normal, or the ray passes through its edge
     struct Corners {
         Vec3 a, b, c, normal;
     };
@@ -179,7 +180,7 @@ double least_thickness(const ExternalSurface& surface, std::span<const Vec3> pla
 
 double least_thickness(const ExternalSurface& surface, std::span<const Vec3> places, double most)
 {
-    // Long rays meet many boxes: a short one first.
+    // Long rays cross many boxes: a short one first.
     constexpr double kTwoSides = 0.7;
     const double first = thickness_below(surface, places, 0, kTwoSides);
     for (double bound = first;; bound *= 2) {

@@ -17,7 +17,7 @@ struct MovedSurface {
 /// move along straight lines; faces count as triangles between their nodes.
 /// @param depth  > 0 [m]
 /// @return  the place of such a node [m]; nothing if there is none
-/// Cost: O(n log n) where boxes around the paths meet.
+/// Cost: O(n log n) where boxes around the paths overlap.
 std::optional<Vec3> passage(const MovedSurface& a, const MovedSurface& b, double depth);
 
 /// The least thickness of the body below a surface: measured from the middles of faces along their

@@ -48,7 +48,7 @@ void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolyg
 void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out);
 
 /// The difference p \ q as convex pieces, appended to `pieces`.
-/// @param least  pieces up to this area are left out
+/// @param least  pieces up to this area are left out [unit of the corners squared]
 void subtract(const ConvexPolygon& p, const ConvexPolygon& q, double least,
               std::vector<ConvexPolygon>& pieces);
 

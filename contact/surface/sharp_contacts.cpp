@@ -18,7 +18,7 @@ using Piece = SharpFeatures::Piece;
 /// Sine by which faces beside a sharp feature rise from the other body: above the first there is no
 /// contact of faces, below the second faces are in contact.
 constexpr double kLeadsAway = 0.1, kLeastRise = -0.05;
-/// In between it may go this share of a face deeper, times what the rise lacks.
+/// In between it may be deeper by this share of a face, times the missing part of the rise.
 constexpr double kDeeperWhereFlat = 0.1;
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallelEdges = 0.05;
@@ -231,21 +231,21 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
         const bool bare = bare_corners_ && own_is_slave && is_bare(own, i);
         // A nearer face that is opposite to one of its own faces counts, too: then there is none.
         const double by = bare ? kLeastRise : least_rise(id);
-        const NearestFace::Found met = faces.find(x, reach_, [&](const Facet& facet) {
+        const NearestFace::Found hit = faces.find(x, reach_, [&](const Facet& facet) {
             return points_away(own, i, facet.normal) > by || faces_towards(own, i, facet.normal);
         });
-        if (!met.facet || !met.on_this_side) continue;
-        const auto nodes = other.surface.face(std::size_t(met.facet->face));
+        if (!hit.facet || !hit.on_this_side) continue;
+        const auto nodes = other.surface.face(std::size_t(hit.facet->face));
         const FaceInPlane face(nodes, other.places);
-        const FaceSpot foot = spot(face, nearest_xi(face, x, met.point.xi));
+        const FaceSpot foot = spot(face, nearest_xi(face, x, hit.point.xi));
         const Vec3 apart = x - foot.place;
-        const Vec3 normal = smooth_normal(other, met.facet->face, foot.values)
+        const Vec3 normal = smooth_normal(other, hit.facet->face, foot.values)
                                 .value_or(foot.along[0].cross(foot.along[1]).normalized());
         SurfaceContact c;
         c.gap = normal.dot(apart);
-        if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *met.facet)) continue;
+        if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *hit.facet)) continue;
         const auto gap = gap_of(c.gap, bare ? 1 : points_away(own, i, normal), id,
-                                [&] { return size_of(other, met.facet->face); });
+                                [&] { return size_of(other, hit.facet->face); });
         if (!gap) continue;
         c.gap = *gap;
         c.id = id;

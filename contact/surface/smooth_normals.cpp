@@ -89,9 +89,10 @@ std::vector<std::size_t> groups_of(std::span<const Corner> around, double least_
     std::vector<std::size_t> group(around.size());
     std::iota(group.begin(), group.end(), 0);
     const auto join = [&](std::size_t a, std::size_t b) {
-        const std::size_t keep = std::min(group[a], group[b]), gone = std::max(group[a], group[b]);
+        const std::size_t keep = std::min(group[a], group[b]),
+                          merged = std::max(group[a], group[b]);
         for (std::size_t& g : group)
-            if (g == gone) g = keep;
+            if (g == merged) g = keep;
     };
     for (std::size_t i = 0; i < around.size(); ++i)
         for (std::size_t j = 0; j < i; ++j) {

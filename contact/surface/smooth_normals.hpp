@@ -75,7 +75,7 @@ private:
     std::vector<std::array<Vec3, 6>> normals_;
 };
 
-/// The same of a surface that bends, of those faces alone that are asked for.
+/// The same of a surface that bends, of those faces alone that are requested.
 class SmoothNormalsOnDemand {
 public:
     /// @param surface, places, groups  outlive it

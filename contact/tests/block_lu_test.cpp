@@ -181,7 +181,7 @@ TEST_CASE("the block factor solves what a dense one solves for every pattern")
     }
 }
 
-TEST_CASE("a pattern serves again with other values and after a failure too")
+TEST_CASE("a pattern can be used again with other values and after a failure too")
 {
     std::mt19937 rng(2);
     for (const auto& [n, pattern] : patterns(rng)) {

@@ -52,7 +52,7 @@ TEST_CASE("a ball between the nodes of a face: one contact where the face is nea
         }
 }
 
-TEST_CASE("no contact between nodes where the nodes themselves feel a wall")
+TEST_CASE("no contact between nodes where the nodes themselves are in contact with a wall")
 {
     SolidBoxOptions box;
     box.highest = Vec3(0.08, 0.08, 0.04);

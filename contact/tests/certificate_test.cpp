@@ -1,6 +1,6 @@
 #include "contact/certificate.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <doctest/doctest.h>
@@ -114,7 +114,7 @@ TEST_CASE("a candidate far away loosens the test only where all rows count")
     CHECK(certify(p, r, 1e-12, ErrorScope::acting_rows).status == SolveStatus::converged);
 }
 
-TEST_CASE("a reaction that runs away does not excuse itself by its round-off")
+TEST_CASE("a reaction that diverges is not accepted because of its round-off")
 {
     // Two walls that close on one body: r = (x, x) leaves a penetration whatever x.
     ContactProblem p;

@@ -38,7 +38,7 @@ TEST_CASE("the coarser surface is the slave or the softer at a contrast of 30 an
         }
 }
 
-TEST_CASE("alike surfaces: the softer and else the first")
+TEST_CASE("of equal surfaces the softer one, otherwise the first")
 {
     const TouchingBody upper = box_body(ElementKind::H8, {0, 0, 0}, {1, 1, 1}, {3, 3, 3});
     const TouchingBody lower = box_body(ElementKind::H8, {0, 0, -1}, {1, 1, 0}, {3, 3, 3});

@@ -1,6 +1,6 @@
-#include "contact/solve.hpp"
 #include "contact/solvers/colours.hpp"
 #include "contact/solvers/scaled_problem.hpp"
+#include "contact/solvers/solve.hpp"
 
 #include <Eigen/Geometry>
 #include <doctest/doctest.h>
@@ -135,7 +135,7 @@ ContactProblem summed_up(ContactProblem p)
 
 } // namespace
 
-TEST_CASE("W of bodies is the sum of their G^T G in all that it is asked")
+TEST_CASE("W of bodies is the sum of their G^T G in all its functions")
 {
     const ContactProblem p = tower_of_bodies(5, 7, true);
     const DelassusOfBodies& bodies = p.W.of_bodies();

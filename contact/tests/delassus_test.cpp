@@ -24,7 +24,7 @@ Eigen::MatrixXd random_positive(int rows, std::mt19937& rng)
 
 } // namespace
 
-TEST_CASE("a sparse W reports the same of itself as the dense one")
+TEST_CASE("a sparse W has the same properties as the dense one")
 {
     std::mt19937 rng{1};
     for (const int rows : {1, 2, 3, 9, 30, 60})

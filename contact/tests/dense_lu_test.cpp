@@ -55,7 +55,7 @@ TEST_CASE("a dense factor of any size solves to round-off one object after anoth
     }
 }
 
-TEST_CASE("a dense factor bears a W of low rank beside stiff contacts")
+TEST_CASE("a dense factor is accurate for a W of low rank beside stiff contacts")
 {
     std::mt19937 rng{2};
     DenseLu lu;

@@ -1,4 +1,4 @@
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <cmath>

@@ -1,6 +1,6 @@
 #include "contact/fclib.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <algorithm>
@@ -87,7 +87,7 @@ TEST_CASE("columns and rows and triplets hold the same matrix")
     }
 }
 
-TEST_CASE("triplets of an oblong matrix are read the way round in which they fit")
+TEST_CASE("triplets of an oblong matrix are read in the orientation in which they fit")
 {
     FclibProblem p;
     p.global = one_mass_on_the_ground(false);
@@ -185,7 +185,7 @@ TEST_CASE("no contact is a problem")
     CHECK(issues(*q.local).empty());
 }
 
-TEST_CASE("each wrong dataset is refused where it stands")
+TEST_CASE("each wrong dataset is refused with its place")
 {
     struct Wrong {
         const char* dataset;

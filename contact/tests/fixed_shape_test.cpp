@@ -73,7 +73,7 @@ TEST_CASE("a surface that does not bend has the contacts of one that may")
             }
 }
 
-TEST_CASE("sharp features meet a surface that does not bend as one that may")
+TEST_CASE("sharp features touch a surface that does not bend as one that may")
 {
     for (const ElementKind kind : kKinds)
         for (const double tilt : {0.0, 0.4, 0.75}) {

@@ -1,6 +1,6 @@
 #include "contact/global_problem.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 
 #include <Eigen/Dense>
 #include <doctest/doctest.h>

@@ -1,7 +1,7 @@
 // The tables of docs/theory/contact.md: what a sweep costs, and how many iterations each solver
 // takes as a problem gets stiffer. Built on demand: cmake --build BUILD --target contact_ladder.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 
 #include "contact/tests/contact_problems.hpp"
 

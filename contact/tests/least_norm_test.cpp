@@ -1,7 +1,7 @@
 // The least of the reactions that W does not distinguish.
 
 #include "contact/least_norm.hpp"
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 
 #include <Eigen/Geometry>
 #include <doctest/doctest.h>

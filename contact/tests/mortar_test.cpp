@@ -166,7 +166,7 @@ TEST_CASE("on flat faces both sides of a contact are at the same place so any af
 
 TEST_CASE("middle nodes anywhere on a flat surface: whole areas and linear motions stay exact")
 {
-    // Sides bend within the plane; faces meet along them as before.
+    // Sides bend within the plane; faces share them as before.
     const auto bend = [](TouchingBody& body) {
         std::mt19937 rng{11};
         std::uniform_real_distribution<double> uniform(-0.02, 0.02);
@@ -373,7 +373,7 @@ TEST_CASE("the far sides of thin bodies do not touch and of several layers the n
     }
 }
 
-TEST_CASE("contacts are made as far as asked for gaps and overlaps")
+TEST_CASE("contacts are made for gaps and overlaps up to the requested distances")
 {
     for (const ElementKind kind : kKinds)
         for (const double gap : {0.0999, 0.1001, -0.0999, -0.1001}) {
@@ -473,7 +473,7 @@ TEST_CASE("a body that is folded touches itself and not through its own thicknes
 {
     constexpr double kThick = 0.4, kHalf = 0.05; // the fold's inner radius
     for (const ElementKind kind : kKinds)
-        for (const double lean : {0.0, 0.07}) { // legs overlap by 0.04 at their ends
+        for (const double slant : {0.0, 0.07}) { // legs overlap by 0.04 at their ends
             CAPTURE(std::string(shape_of(kind).name));
             SolidBoxOptions box;
             box.highest = {8, 1, kThick};
@@ -485,7 +485,7 @@ TEST_CASE("a body that is folded touches itself and not through its own thicknes
                 const double r = kHalf + kThick - x.z(), leg = std::min(x.x(), 8 - x.x());
                 const double sign = x.x() < 4 ? -1 : 1;
                 const double angle = (x.x() - 4) * std::acos(0.0);
-                x = leg < 3 ? Vec3(leg, x.y(), sign * (r - lean * (1 - leg / 3)))
+                x = leg < 3 ? Vec3(leg, x.y(), sign * (r - slant * (1 - leg / 3)))
                             : Vec3(3 + r * std::cos(angle), x.y(), r * std::sin(angle));
             }
             MortarOptions options;
@@ -506,11 +506,11 @@ TEST_CASE("a body that is folded touches itself and not through its own thicknes
                 area += c.area;
                 CHECK(std::abs(c.normal.z()) > 0.99);
                 const double leg = c.point.x();
-                CHECK(std::abs(c.gap - 2 * (kHalf - lean * (1 - leg / 3))) < 1e-3);
+                CHECK(std::abs(c.gap - 2 * (kHalf - slant * (1 - leg / 3))) < 1e-3);
             }
             CHECK(area > 2 * 2.3); // both legs carry multipliers
             CHECK(area < 2 * 2.7);
-            CHECK(least > 2 * (kHalf - lean) - 1e-3);
+            CHECK(least > 2 * (kHalf - slant) - 1e-3);
         }
 }
 

@@ -237,8 +237,8 @@ TEST_CASE("what is measured of bent quadrilaterals does not depend on where thei
             box.kind = ElementKind::H8;
             TouchingBody b = with_surface(make_solid_box(box));
             for (Vec3& x : b.mesh.nodes) {
-                const Vec3 upright = turn ? Vec3(x.y(), x.z(), x.x()) : x;
-                if (bends) x += turn ? turned(bent(upright)) : bent(upright);
+                const Vec3 vertical = turn ? Vec3(x.y(), x.z(), x.x()) : x;
+                if (bends) x += turn ? turned(bent(vertical)) : bent(vertical);
             }
             return b;
         };
@@ -312,7 +312,7 @@ TEST_CASE("an edge whose ends lie on two sides of a body, of no depth, overlaps 
     }
 }
 
-TEST_CASE("places that are shallow by what is asked for have no bulge, deeper ones the same")
+TEST_CASE("places below the requested depth have no bulge, deeper ones the same")
 {
     // A ball in a block: places of all depths down to the ball's.
     SolidBallOptions options;

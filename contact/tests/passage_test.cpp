@@ -30,7 +30,7 @@ Eigen::Isometry3d shift(const Vec3& d)
 
 } // namespace
 
-TEST_CASE("a block that jumps through a plate is seen whichever of the two moves")
+TEST_CASE("a block that jumps through a plate is detected whichever of the two moves")
 {
     const Eigen::Isometry3d still = Eigen::Isometry3d::Identity();
     for (const ElementKind kind : kKinds) {

@@ -98,7 +98,7 @@ TEST_CASE("a crossing keeps its number while it slides over nodes and ends with 
     CHECK(ids.size() == 1);
 }
 
-TEST_CASE("a corner on a face from either body but none where faces meet")
+TEST_CASE("a corner on a face from either body but none where faces touch")
 {
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
@@ -148,7 +148,7 @@ TEST_CASE("corners that are flush with the sides of the other body touch it on b
 
 TEST_CASE("a surface that was flat at rest has one normal at a node however far it is dented")
 {
-    // A floor of squares, pressed down along a line of nodes until its faces meet at 0.7 rad.
+    // A floor of squares, pressed down along a line of nodes until its faces enclose 0.7 rad.
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));
         const Sharp floor =
@@ -186,7 +186,7 @@ TEST_CASE("a surface that was flat at rest has one normal at a node however far 
     }
 }
 
-TEST_CASE("an edge on a face meets each edge of the mesh below it once")
+TEST_CASE("an edge on a face crosses each edge of the mesh below it once")
 {
     // A mesh of squares: the edge of a rigid bar along x crosses the lines x = const.
     const Sharp floor =
@@ -277,12 +277,12 @@ TEST_CASE("a rim below a flat face does not touch the face's other sides")
         TouchingBody b = box_body(kind, {-0.02, -0.02, 0}, {0.02, 0.02, 0.04}, {5, 5, 5});
         b.move(turn(0.002, Vec3(1, 1, 1), {1e-5, 2e-5, -2e-5}));
         const Sharp tool = sharp_body(std::move(b));
-        const auto upright = [](const SurfaceContacts& found) {
+        const auto vertical = [](const SurfaceContacts& found) {
             for (const SurfaceContact& c : found.contact)
                 CHECK(std::abs(c.normal.z()) > 0.99);
         };
-        upright(sharp_contacts(tool.now(), bed.now(), 0.01));
-        upright(sharp_contacts(bed.now(), tool.now(), 0.01));
+        vertical(sharp_contacts(tool.now(), bed.now(), 0.01));
+        vertical(sharp_contacts(bed.now(), tool.now(), 0.01));
     }
 }
 

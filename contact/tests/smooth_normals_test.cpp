@@ -87,7 +87,8 @@ TEST_CASE("sharp edges stay sharp: a box has the normals of its faces")
     }
 }
 
-TEST_CASE("what is sharp can be chosen and a corner's normal does not know how its faces are split")
+TEST_CASE(
+    "what is sharp can be chosen and a corner's normal does not depend on how its faces are split")
 {
     for (const ElementKind kind : kFlatKinds) {
         CAPTURE(std::string(shape_of(kind).name));

@@ -1,4 +1,4 @@
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 
 #include "contact/tests/contact_problems.hpp"
 
@@ -295,7 +295,7 @@ TEST_CASE("dense and sparse and matrix-free W give the same answer")
     }
 }
 
-TEST_CASE("heavy on light: the path does not feel the ratio of masses")
+TEST_CASE("heavy on light: the path does not depend on the ratio of masses")
 {
     // Where sweeps take iterations in proportion to the ratio (docs/theory/contact.md).
     int steps = 0;
@@ -351,7 +351,7 @@ TEST_CASE("groups that W does not couple are solved apart")
     }
 }
 
-TEST_CASE("redundant supports: reported to be not unique and shared evenly when asked")
+TEST_CASE("redundant supports: reported to be not unique and shared evenly on request")
 {
     // A table on n legs of one rigid body: three motions (up, two tilts) under n normal forces.
     for (int n : {4, 8}) {
@@ -455,7 +455,7 @@ TEST_CASE("a stop from outside ends every solver with the best reaction so far")
 
 TEST_CASE("a stop in the midst of a solve ends it soon")
 {
-    // By W itself, whose products are counted: time continues while it is asked.
+    // By W itself, whose products are counted: time continues while it is used.
     std::mt19937 rng{8};
     const ContactProblem p = test::random_problem(rng, 12, 20, 0.4, 6);
     for (const ContactSolver solver :
@@ -500,7 +500,7 @@ TEST_CASE("a solve never ends worse than it began")
     }
 }
 
-TEST_CASE("any patience may be asked for")
+TEST_CASE("any limit of stalled sweeps may be set")
 {
     std::mt19937 rng{15};
     const ContactProblem p = test::random_problem(rng, 6, 18, 0.4);

@@ -1,6 +1,6 @@
 #include "contact/warm_start.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "contact/tests/contact_problems.hpp"
 
 #include <doctest/doctest.h>
@@ -80,7 +80,7 @@ TEST_CASE("sizes that do not fit are refused all at once")
     }
 }
 
-TEST_CASE("a start that knows what the contacts do saves two thirds of the iterations")
+TEST_CASE("a start from known statuses of the contacts saves two thirds of the iterations")
 {
     // Each problem is the one before, pushed by a hundredth.
     std::mt19937 rng{3};

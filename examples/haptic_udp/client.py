@@ -14,7 +14,7 @@ instead, and gives it the force. The packet, 64 bytes, little-endian, both ways:
     3 double  position [m]                force on the hand [N], world axes
     3 double  rotation vector [rad]       torque on the hand [N m]
 
-The newest number is obeyed, whoever sends it: a second client with higher ones takes the device over. One
+The pose with the newest number counts, from any sender: a second client with higher ones takes the device over. One
 number that is none (NaN, infinite) in a pose ends the force until the program is restarted.
 
 client.py [--port 5005] [--rate 1000] [--duration 5] [--depth 0.006]
@@ -49,8 +49,8 @@ def main():
         now = time.monotonic()
         step, last = min(now - last, 0.01), now
         # --- the device: here simulated; read yours instead ---
-        wanted = -min(a.depth, a.depth * (now - begin) / 2)
-        pull = stiffness * (wanted - z) - damping * speed + force[2]
+        target = -min(a.depth, a.depth * (now - begin) / 2)
+        pull = stiffness * (target - z) - damping * speed + force[2]
         speed += step * pull / mass
         z += step * speed
         # --- pose out ---

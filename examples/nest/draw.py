@@ -33,7 +33,7 @@ def colour(share):
 
 
 def panel(points, right, up):
-    """Rows of pixels: balls along the middle line, nearest first, lit from where one looks."""
+    """Rows of pixels: balls along the middle line, nearest first, lit from the camera."""
     eye = [right[k - 2] * up[k - 1] - right[k - 1] * up[k - 2] for k in range(3)]
     pixels = [[(255, 255, 255)] * SIDE for _ in range(SIDE)]
     depth = [[-1.0] * SIDE for _ in range(SIDE)]

@@ -11,7 +11,7 @@ namespace {
 constexpr std::array<bool, 6> kPoint{true, true, true, false, false, false};
 constexpr std::array<bool, 6> kPushTwist{true, false, false, true, false, false};
 
-// Force and stiffness as CHAI3D lists them, where not specified otherwise. Zero: not known to us.
+// Force and stiffness as CHAI3D lists them, where not specified otherwise. Zero: not known.
 constexpr DeviceSpec kProfiles[] = {
     {"touch", kPoint, 3.3, 0, 400, 5, 0.055e-3, 0.045, 0.26, 0.08,
      "CHAI3D; resolution, mass and friction: the maker's data sheet"},

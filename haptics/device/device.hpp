@@ -41,8 +41,10 @@ public:
     /// Connects to the device; false, with a message, if it is not available.
     virtual bool open() { return true; }
     /// The newest pose. Not valid: nothing came.
+    /// @param time  of the tick, on the loop's clock [s]
     virtual DeviceSample read(double time) noexcept = 0;
     /// Force on the hand, world axes; held until the next one.
+    /// @param time  of the tick [s]
     virtual void write(const Wrench& wrench, double time) noexcept = 0;
     /// Disconnects; safe to call twice.
     virtual void close() noexcept {}

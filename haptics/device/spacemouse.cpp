@@ -64,7 +64,7 @@ const Spnav& spnav()
 }
 
 /// A mouse at rest is silent, and so is a daemon that has ended: the socket distinguishes them.
-bool daemon_is_gone()
+bool daemon_has_ended()
 {
     pollfd connection{spnav().fd(), POLLIN, 0};
     return connection.fd < 0 ||
@@ -121,7 +121,8 @@ bool SpaceMouse::open()
             spnav_event event;
             while (spnav().poll_event(&event) != 0) {
                 if (event.type == SPNAV_EVENT_MOTION) {
-                    // The daemon's y is up and its z towards the user; ours are z and -y.
+                    // The daemon's y is up and its z towards the user; those of the scene are z and
+                    // -y.
                     const auto& m = event.motion;
                     now.shift = Vec3(m.x, -m.z, m.y) / kFull;
                     now.turned = Vec3(m.rx, -m.rz, m.ry) / kFull;
@@ -133,7 +134,7 @@ bool SpaceMouse::open()
                 }
                 ++now.events;
             }
-            now.lost = now.lost || daemon_is_gone();
+            now.lost = now.lost || daemon_has_ended();
             r.newest.back() = now;
             r.newest.publish();
             ::usleep(kPause);

@@ -24,10 +24,10 @@ namespace amontons {
 // if that runs and agrees with the packets' arrival within 10 ms, else by their arrival, which
 // jitters. The force is better with faster senders: 1000 a second or more.
 //
-// World axes. Whatever has another size or another beginning is left aside; a pose with an older
-// number than the last is, too. Forces are sent to the address that the newest pose came from: who
-// sends a higher number takes the device over. A number that is not finite ends the force until the
-// program is restarted.
+// World axes. Packets of another size or another beginning are ignored, and so is a pose with an
+// older number than the last. Forces are sent to the address that the newest pose came from: a
+// sender of a higher number takes the device over. A number that is not finite ends the force until
+// the program is restarted.
 
 using UdpPacket = std::array<unsigned char, 64>;
 
@@ -67,7 +67,7 @@ public:
     void write(const Wrench& wrench, double time) noexcept override;
     void close() noexcept override;
 
-    int port() const { return port_; } ///< also if 0 was asked for
+    int port() const { return port_; } ///< also if 0 was requested
     long received() const { return received_; }
     long refused() const { return refused_; } ///< other packets, and late ones
 

@@ -5,13 +5,16 @@
 #include "mesh/base/curve.hpp"
 #include "solver/body/drive.hpp"
 #include "solver/body/rigid_body.hpp"
+#include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/scene/instrument_rods.hpp"
 #include "solver/step/body_build.hpp"
 #include "solver/step/body_record.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -33,16 +36,14 @@ bool is_named(const Scene& scene, const ContactLaw& pair)
     });
 }
 
-/// The scene with its handle's motion prescribed: by us.
+/// The scene with its handle's motion prescribed by the device.
 Scene with_driven_handle(Scene scene)
 {
     const HapticInput& h = scene.haptic;
     if (!h.given)
         throw InputError({{scene.file, "/haptic", "nothing",
                            "{\"handle\": NAME}: the body that the device moves"}});
-    if (!scene.rods.empty())
-        throw InputError({{scene.file, "/bodies/" + scene.rods[0].name, "a rod",
-                           "solids, rigid bodies and obstacles: rods are felt only when held"}});
+    if (instruments_are_rods(scene)) scene = with_instruments_as_rods(std::move(scene));
     for (SolidInput& s : scene.solids) {
         if (s.name != h.handle) continue;
         s.drive.given = true;
@@ -71,7 +72,8 @@ struct BodyLink::State {
     std::vector<Issue> warnings;
     std::vector<std::string> messages;
     std::unique_ptr<BodySystem> system;
-    std::unique_ptr<HeldBody> held;
+    std::unique_ptr<Body> in_hand; // by `held`, which is in its place in the system
+    HeldBody* held = nullptr;
     int handle = -1;
     Vec3 origin = Vec3::Zero();
     HandPose start;
@@ -99,7 +101,9 @@ void BodyLink::State::check_holds() const
     if (scene.time.kind == "dynamic") return;
     std::vector<Issue> issues;
     for (const BodyRef& b : system->refs) {
-        const bool free = b.rigid ? !b.rigid->driven() : !b.solid->free_motions().empty();
+        const bool free = b.rigid ? !b.rigid->driven()
+                          : b.rod ? !b.rod->free_motions().empty()
+                                  : !b.solid->free_motions().empty();
         if (free)
             issues.push_back({scene.file, "/bodies/" + b.name,
                               "a body that nothing but its contacts holds",
@@ -135,9 +139,10 @@ BodyLink::BodyLink(const Scene& scene, const std::vector<Obstacle>& obstacles,
         for (const Vec3& X : ref.solid->mesh().nodes)
             s.origin += X / double(ref.solid->mesh().nodes.size());
     }
-    s.held = std::make_unique<HeldBody>(ref, s.origin, options.spring);
+    auto held = std::make_unique<HeldBody>(ref, s.origin, options.spring);
+    ref.body = s.held = held.get();
+    s.in_hand = std::exchange(s.system->bodies[std::size_t(s.handle)], std::move(held));
     s.start = s.held->pose();
-    ref.body = s.held.get();
 }
 
 BodyLink::~BodyLink() = default;
@@ -246,11 +251,20 @@ bool BodyLink::take_over(const HandleLink& before)
     return true;
 }
 
+std::vector<BeamRecord> BodyLink::beam_records() const
+{
+    std::vector<BeamRecord> out;
+    for (const BodyRef& b : state_->system->refs)
+        if (b.rod) out.push_back(record_rod(*b.rod, b.name));
+    return out;
+}
+
 std::vector<BodyRecord> BodyLink::body_records() const
 {
     std::vector<BodyRecord> out;
     for (std::size_t b = 0; b < state_->system->refs.size(); ++b)
-        out.push_back(record_body(*state_->system, b, state_->report));
+        if (!state_->system->refs[b].rod)
+            out.push_back(record_body(*state_->system, b, state_->report));
     return out;
 }
 

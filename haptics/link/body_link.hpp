@@ -19,6 +19,7 @@ public:
     const std::vector<Issue>& warnings() const override;
     bool step(const HandPose& device) override;
     bool take_over(const HandleLink& before) override;
+    std::vector<BeamRecord> beam_records() const override;
     std::vector<BodyRecord> body_records() const override;
     std::vector<ContactRecord> contact_records() const override;
     HandPose device() const override;

@@ -135,7 +135,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
             for (std::size_t i = 0; i < rows.row[b].size(); ++i)
                 J.row(rows.row[b][i]) = frame.col(Eigen::Index(i)).transpose();
         } else {
-            system.refs[b].body->compliance(rows.columns[b], own);
+            system.refs[b].body->matrix().compliance(rows.columns[b], own);
         }
         for (std::size_t j = 0; j < rows.row[b].size(); ++j)
             for (std::size_t i = 0; i < rows.row[b].size(); ++i)
@@ -200,9 +200,10 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
     const HandleSpring& spring = held.spring();
     Eigen::VectorXd moved = out.W * r0; // spring and all
     const Vec6 pull = J3.transpose() * r0;
-    Vec6 give;
-    give << Vec3::Constant(1 / spring.stiffness), Vec3::Constant(1 / spring.turn_stiffness);
-    moved += J3 * give.cwiseProduct(pull);
+    Vec6 spring_compliance;
+    spring_compliance << Vec3::Constant(1 / spring.stiffness),
+        Vec3::Constant(1 / spring.turn_stiffness);
+    moved += J3 * spring_compliance.cwiseProduct(pull);
     add_coupling(out.W, J3, spring.stiffness + options.damper_spring, spring.turn_stiffness);
     for (int i = 0; i < n; ++i) {
         const BodyContact& k = all.contact[std::size_t(near[std::size_t(i)])];

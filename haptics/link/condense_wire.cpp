@@ -25,7 +25,7 @@
 // rho h_n h_n^T: as long as such a contact stays closed its u_n is 0 and nothing has changed; one
 // that opens is held back by rho over the way that it opens before the next operator comes. A wire
 // that rolls along a wall opens one contact after another, and two stiff springs side by side would
-// hold its tangent: so those are stiff that stay closed where the hand is going, and the others so
+// hold its tangent: so those are stiff that stay closed where the hand is moving, and the others so
 // weak that it takes a tenth of the operator's way to bear their force.
 
 namespace amontons {
@@ -37,7 +37,7 @@ constexpr double kHold = 10; // rho over EI / l^3 of the wire: enough for Gauss-
 constexpr double kLeastPull = 1e-6, kMostPull = 1e3, kNextPull = 3;
 // Of the operator's way: over it the spring of a contact that opens comes to the force that it had.
 // Over all of the way the tick's problems are close to singular, over a thirtieth they are off.
-constexpr double kGive = 0.1;
+constexpr double kCompliance = 0.1;
 // A wire that lies loose is moved far by little: a tenth of how far its largest reaction moves it.
 constexpr double kLoose = 0.1;
 constexpr double kUnseen = 1e-6; // of a shift along the rows of contacts: the least
@@ -181,7 +181,7 @@ double pushes_on(const BlockTridiagonal& K, const BasePart& base)
 /// is not enough, across the way that it slips (friction's direction holds it there, on a ridge,
 /// state). What falls all the same is pulled back as a whole, as if it were slowed down: stiffer
 /// springs at contacts that are about to open would hold a wire that has released.
-/// @param ahead  where the hand is going, as far as that is known
+/// @param ahead  where the hand is moving, as far as that is known
 /// @param way  that the operator is for [m]
 /// @param most  [N/m] that it may push the hand on by
 /// @return  false if it is not stable, or pushes more
@@ -196,7 +196,7 @@ bool hold(BlockTridiagonal& K, const Wire& wire, const std::vector<const Candida
                 return there && there->normal > 0;
             });
         const double hard = kHold * c->stiffness;
-        add_hold(K, *c, c->hn, stays ? hard : std::min(c->normal / (kGive * way), hard));
+        add_hold(K, *c, c->hn, stays ? hard : std::min(c->normal / (kCompliance * way), hard));
     }
     const auto stable = [&] {
         BlockTridiagonal even = copy_of(K);
@@ -278,9 +278,9 @@ CondensedSample find_bend(const Condensed& condensed, const LookaheadSample& ahe
             same->tangential[1];
     }
     const Eigen::VectorXd given = condensed.W * r;
-    CondensedSample look;
-    look.at = ahead.share;
-    look.bend.assign(n, Vec3::Zero());
+    CondensedSample sample;
+    sample.at = ahead.share;
+    sample.bend.assign(n, Vec3::Zero());
     Vec6 force = condensed.stiffness * way;
     const double most_force = n > 0 ? r.lpNorm<Eigen::Infinity>() : 0;
     double most = 0, moved = way.head<3>().norm();
@@ -291,14 +291,14 @@ CondensedSample find_bend(const Condensed& condensed, const LookaheadSample& ahe
         moved = std::max(moved, (c.J * way).norm());
         if (!there[i]) continue;
         const Vec3 u(there[i]->gap, there[i]->slip[0], there[i]->slip[1]);
-        look.bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
+        sample.bend[i] = u - given.segment<3>(row) - c.q - c.J * way;
         const Vec3 loose = kLoose * most_force * condensed.W.diagonal().segment<3>(row).cwiseAbs();
-        most = std::max(most, (look.bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
+        most = std::max(most, (sample.bend[i].cwiseAbs() - loose).cwiseMax(0).norm());
     }
-    look.jump = moved > 0 ? most / moved : 0;
-    look.rest.force = ahead.force.force - condensed.rest.force + force.head<3>();
-    look.rest.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
-    return look;
+    sample.jump = moved > 0 ? most / moved : 0;
+    sample.rest.force = ahead.force.force - condensed.rest.force + force.head<3>();
+    sample.rest.torque = ahead.force.torque - condensed.rest.torque + force.tail<3>();
+    return sample;
 }
 
 /// The differences of the samples to first order. A displacement is decomposed into parts along the
@@ -332,7 +332,7 @@ void add_ways(Condensed& condensed, const std::vector<LookaheadPath>& ways)
         else
             out.ahead = -parts.row(other);
         for (const LookaheadSample& there : w.ahead)
-            out.look.push_back(find_bend(condensed, there, there.share * w.way));
+            out.samples.push_back(find_bend(condensed, there, there.share * w.way));
     }
     if (condensed.way.size() == 1) condensed.way[0].backwards = true;
 }

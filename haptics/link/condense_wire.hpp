@@ -8,14 +8,16 @@ namespace amontons {
 /// Force of a wire on the hand that holds its base: at the sheath, or at the clamp of node 0.
 Wrench force_on_hand(const Wire& wire);
 
-/// Where a wire's contacts continued the way of its base, for those of its start.
+/// State of a wire after its base has moved on, for the contacts of the start.
 struct LookaheadSample {
-    double share = 0;               ///< of that way (share)
+    double share = 0;               ///< of that motion (share)
     std::vector<Candidate> contact; ///< slip since the start
     Wrench force;                   ///< on the hand
     WireState state;                ///< there: the wire continues from it if it has jumped
 };
-/// Samples the state after a motion of the base by `reach` along its last one.
+/// Samples the present state of a wire that has moved on from `start`: force on the hand, contacts
+/// and their slip since then.
+/// @param reach  contacts with gaps up to this are included [m]
 LookaheadSample sample_ahead(WireBody& body, const StepStart& start, double reach);
 
 /// Samples on one path of the hand, the nearest first.

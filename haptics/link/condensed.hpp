@@ -43,9 +43,9 @@ struct CondensedSample {
 
 /// A path that the hand may follow, with samples of the state on it.
 struct CondensedPath {
-    Vec6 ahead = Vec6::Zero();         ///< [1/m], [1/rad]
-    bool backwards = false;            ///< the other way round, too
-    std::vector<CondensedSample> look; ///< kMostPathSamples at most
+    Vec6 ahead = Vec6::Zero();            ///< [1/m], [1/rad]
+    bool backwards = false;               ///< the other way round, too
+    std::vector<CondensedSample> samples; ///< kMostPathSamples at most
 };
 
 /// The reduced problem of a step, in double and in full.
@@ -58,7 +58,7 @@ struct Condensed {
     Wrench rest;
     /// Their derivative by the displacement [N/m, N m/rad].
     Mat6 stiffness = Mat6::Zero();
-    std::vector<CondensedPath> way; ///< kMostPaths at most; first where the hand is going
+    std::vector<CondensedPath> way; ///< kMostPaths at most; first where the hand is moving
     HandPose handle;                ///< that this is of
     /// Where the body in the hand jumps on the first path, and the reduced problem from there on
     /// (one element, if any).

@@ -19,14 +19,14 @@ void fill(SampledPath& way, const CondensedPath& condensed, int capacity)
 {
     way.ahead = condensed.ahead;
     way.backwards = condensed.backwards;
-    way.looks = static_cast<int>(condensed.look.size());
+    way.samples = static_cast<int>(condensed.samples.size());
     way.bend.resize(static_cast<std::size_t>(capacity) * kMostPathSamples);
-    for (std::size_t k = 0; k < condensed.look.size(); ++k) {
-        const CondensedSample& look = condensed.look[k];
-        way.at[k] = look.at;
-        way.rest[k] = look.rest;
-        for (std::size_t i = 0; i < look.bend.size(); ++i)
-            way.bend[kMostPathSamples * i + k] = look.bend[i];
+    for (std::size_t k = 0; k < condensed.samples.size(); ++k) {
+        const CondensedSample& sample = condensed.samples[k];
+        way.at[k] = sample.at;
+        way.rest[k] = sample.rest;
+        for (std::size_t i = 0; i < sample.bend.size(); ++i)
+            way.bend[kMostPathSamples * i + k] = sample.bend[i];
     }
 }
 

@@ -17,6 +17,8 @@ HeldBody::HeldBody(const BodyRef& body, const Vec3& origin, const HandleSpring& 
     const Placement at = body.rigid ? body.rigid->placement() : body.solid->frame();
     state_ = {at * origin_, at.turn};
     now_ = device_ = state_;
+    nonlinear_ = inner_.nonlinear();
+    size_ = inner_.size();
 }
 
 Placement HeldBody::placement(const HandPose& pose) const
@@ -61,13 +63,14 @@ void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double sca
     inner_.add_column(at, direction, scale, column, out);
     if (at.turns) {
         for (int i = 0; i < 3; ++i)
-            out.emplace_back(inner_.unknowns() + 3 + i, column, scale * direction[i]);
+            out.emplace_back(inner_.matrix().unknowns() + 3 + i, column, scale * direction[i]);
         return;
     }
     Vec3 moment = Vec3::Zero();
     double weight = 1;
     if (at.nodes.empty()) {
-        moment = (at.point - now_.position).cross(direction);
+        const bool of_start = step_.dynamic && !at.half_way; // as of rigid bodies
+        moment = (at.point - (of_start ? state_ : now_).position).cross(direction);
     } else {
         weight = 0;
         for (const StencilEntry& e : at.nodes) {
@@ -76,7 +79,7 @@ void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double sca
             weight += e.weight;
         }
     }
-    const int first = inner_.unknowns();
+    const int first = inner_.matrix().unknowns();
     for (int i = 0; i < 3; ++i) {
         out.emplace_back(first + i, column, scale * weight * direction[i]);
         out.emplace_back(first + 3 + i, column, scale * moment[i]);
@@ -85,9 +88,9 @@ void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double sca
 
 Eigen::VectorXd HeldBody::free_change() const
 {
-    const int n = inner_.unknowns();
+    const int n = inner_.matrix().unknowns();
     Eigen::VectorXd y(n + 6);
-    y.head(n) = inner_.free_change();
+    y.head(n) = inner_.matrix().free_change();
     const double per = step_.dynamic ? 1 / step_.h : 1;
     y.tail<6>() = per * amontons::displacement(now_, device_);
     return y;
@@ -95,10 +98,10 @@ Eigen::VectorXd HeldBody::free_change() const
 
 void HeldBody::held_compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
-    if (inner_.unknowns() == 0)
+    if (inner_.matrix().unknowns() == 0)
         W.setZero(C.cols(), C.cols());
     else
-        inner_.compliance(C.topRows(inner_.unknowns()), W);
+        inner_.matrix().compliance(C.topRows(inner_.matrix().unknowns()), W);
 }
 
 void HeldBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
@@ -112,9 +115,9 @@ void HeldBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 
 Eigen::VectorXd HeldBody::solve(const Eigen::VectorXd& force)
 {
-    const int n = inner_.unknowns();
+    const int n = inner_.matrix().unknowns();
     Eigen::VectorXd y(n + 6);
-    if (n > 0) y.head(n) = inner_.solve(force.head(n));
+    if (n > 0) y.head(n) = inner_.matrix().solve(force.head(n));
     y.tail<6>() = spring_compliance().cwiseProduct(force.tail<6>());
     return y;
 }
@@ -122,7 +125,7 @@ Eigen::VectorXd HeldBody::solve(const Eigen::VectorXd& force)
 void HeldBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                       const Eigen::VectorXd& force)
 {
-    const int n = inner_.unknowns();
+    const int n = inner_.matrix().unknowns();
     if (n > 0) inner_.update(y.head(n), mode, force.head(n));
     const Vec6 moved = (step_.dynamic ? step_.h : 1) * y.tail<6>();
     now_.position += moved.head<3>();
@@ -132,7 +135,7 @@ void HeldBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
 
 double HeldBody::imbalance(const Eigen::VectorXd& force)
 {
-    const int n = inner_.unknowns();
+    const int n = inner_.matrix().unknowns();
     const double inner = n > 0 ? inner_.imbalance(force.head(n)) : 0;
     // Springs: displacement to the device = - give * force, axis by axis.
     const Vec6 f = force.tail<6>();
@@ -148,7 +151,7 @@ double HeldBody::imbalance(const Eigen::VectorXd& force)
 
 BodyEnergy HeldBody::accept(const Eigen::VectorXd& force)
 {
-    const int n = inner_.unknowns();
+    const int n = inner_.matrix().unknowns();
     const BodyEnergy e = inner_.accept(force.head(n));
     state_ = now_;
     const double per = step_.dynamic ? 1 / step_.h : 1;

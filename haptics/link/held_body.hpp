@@ -12,7 +12,7 @@ namespace amontons {
 /// In quasi-static steps the matrix of the six is diag(k, k_turn); in dynamic ones, on velocities
 /// and with the frame at the end of the step, h^2 times that: the handle has no mass of its own;
 /// the mass is that of the hand.
-class HeldBody final : public Body {
+class HeldBody final : public Body, public StepMatrix {
 public:
     /// @param body    of a body whose motion is prescribed; outlives this
     /// @param origin  of the handle, in the body's own coordinates [m]: turns are about it
@@ -30,32 +30,35 @@ public:
     /// Moves the handle without a step, as it is held.
     void put(const HandPose& pose);
 
-    int unknowns() const override { return inner_.unknowns() + 6; }
-    bool nonlinear() const override { return inner_.nonlinear(); }
+    StepMatrix& matrix() override { return *this; }
+    const StepMatrix& matrix() const override { return *this; }
+    int unknowns() const override { return inner_.matrix().unknowns() + 6; }
     void begin(const StepInput& step) override;
     bool reset_to_start() override { return inner_.reset_to_start(); }
     void linearise() override { inner_.linearise(); }
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
     Vec3 displacement(const BodyPlace& at) const override { return inner_.displacement(at); }
-    Vec3 velocity(const BodyPlace& at) const override { return inner_.velocity(at); }
-    Vec3 start_velocity(const BodyPlace& at) const override { return inner_.start_velocity(at); }
-    Vec3 past_velocity(const BodyPlace& at) const override { return inner_.past_velocity(at); }
+    Vec3 velocity(const BodyPlace& at, VelocityAt when) const override
+    {
+        return inner_.velocity(at, when);
+    }
     Eigen::VectorXd free_change() const override;
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
-    const Eigen::MatrixXd& modes() const override { return inner_.modes(); }
-    Eigen::VectorXd mode_load() const override { return inner_.mode_load(); }
-    std::string mode_name(const Eigen::VectorXd& a) const override { return inner_.mode_name(a); }
+    const Eigen::MatrixXd& modes() const override { return inner_.matrix().modes(); }
+    Eigen::VectorXd mode_load() const override { return inner_.matrix().mode_load(); }
+    std::string mode_name(const Eigen::VectorXd& a) const override
+    {
+        return inner_.matrix().mode_name(a);
+    }
     void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
+    BodyOutcome outcome() const override { return inner_.outcome(); }
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
-    double size() const override { return inner_.size(); }
     double speed() const override { return inner_.speed(); }
-    double kinetic_energy() const override { return inner_.kinetic_energy(); }
-    Vec3 momentum() const override { return inner_.momentum(); }
-    Vec3 angular_momentum() const override { return inner_.angular_momentum(); }
+    BodyMotion motion() const override { return inner_.motion(); }
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 

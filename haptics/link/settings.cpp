@@ -10,7 +10,7 @@ constexpr double kLeastDamping = 1;   // of a hand that holds a device [N s/m]
 constexpr double kLeastMass = 0.05;   // of hand and device, where the profile has none [kg]
 constexpr double kFullTorqueAt = 0.1; // turn at which the spring gives the device's torque [rad]
 constexpr double kStepsOnTrust = 3;   // of the encoder: a force may begin that is sure after them
-constexpr int kMostSweeps = 200;      // of a tick; by the clock its budget ends sooner
+constexpr int kMostSweeps = 200;      // of a tick; in real time its budget ends sooner
 constexpr double kMostOnTrust = 5e-6; // ... and what may be given for that in all [J]
 constexpr double kSlewTime = 2e-3;    // from nothing to the device's largest force, at most [s]
 

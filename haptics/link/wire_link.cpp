@@ -23,13 +23,13 @@ constexpr int kPulls = 3;
 constexpr double kMostOut = 0.999; // of the wire's length
 constexpr int kSamplesAhead = 10;  // ahead, in a period ...
 constexpr int kAside = 4;          // ... and back and aside
-// The same by the clock, and how much of a period they may take.
+// The same in real time, and how much of a period they may take.
 constexpr int kSamplesInTime = 4, kAsideInTime = 2;
 constexpr double kSampleTime = 0.4;
 constexpr double kLeastWay = 1.0;   // of the fastest way in a period: what is predicted
 constexpr double kAtRest = 1e-2;    // of that, and less
 constexpr double kNotTurned = 1e-3; // of that, and less on the wire's surface
-// Of q beyond first order, over the way of the contacts: more is a jump. Where the hand is going
+// Of q beyond first order, over the way of the contacts: more is a jump. Where the hand is moving
 // what holds after it is handed over, too, and it may be called one for little.
 constexpr double kMostBend = 0.5, kMostAside = 2;
 constexpr int kMostJumps = 4;         // of the wire on the way, that are predicted
@@ -43,12 +43,12 @@ using Clock = std::chrono::steady_clock;
 enum class StepPolicy {
     newton, ///< Newton's method alone
     relax,  ///< or cross a snap
-    look    ///< Newton's method, and whatever its energy balance misses: it is taken back
+    sample  ///< Newton's method, and whatever its energy balance misses: it is taken back
 };
 
 /// What the samples after a step found.
 struct Lookahead {
-    std::vector<LookaheadPath> ways; ///< first where the hand is going; none if it is not known
+    std::vector<LookaheadPath> ways; ///< first where the hand is moving; none if it is not known
     bool falls = false;              ///< beyond the last sample on the first way
     LookaheadSample landed;          ///< where the wire is after a jump that a step did not notice
 };
@@ -56,8 +56,8 @@ struct Lookahead {
 std::size_t samples_before_jump(const CondensedPath& way, double most)
 {
     const auto jump =
-        std::ranges::find_if(way.look, [&](const CondensedSample& l) { return l.jump > most; });
-    return static_cast<std::size_t>(jump - way.look.begin());
+        std::ranges::find_if(way.samples, [&](const CondensedSample& l) { return l.jump > most; });
+    return static_cast<std::size_t>(jump - way.samples.begin());
 }
 
 HandPose moved(const HandPose& from, const Vec6& way)
@@ -101,8 +101,8 @@ struct WireLink::State {
     Vec6 way_ahead() const;
     bool in_time() const;
     std::vector<Vec6> ways_aside(const Vec6& way) const;
-    bool go_on(const HandPose& to, StepPolicy means);
-    bool look(LookaheadPath& way, double longest);
+    bool advance_to(const HandPose& to, StepPolicy means);
+    bool follow_path(LookaheadPath& way, double longest);
     Lookahead sample_paths(const Vec6& way);
     Condensed condense(Lookahead& lookahead);
     Condensed condense();
@@ -166,7 +166,7 @@ BaseTarget WireLink::State::target(const HandPose& pose) const
             s.base_twist + axis.dot(displacement(device, pose).tail<3>())};
 }
 
-// A rod's snap takes a hundred Newton solves and more, as long as several steps. By the clock it is
+// A rod's snap takes a hundred Newton solves and more, as long as several steps. In real time it is
 // crossed in parts, one a step, and what is handed over in between is the rod on its way, held by
 // the pull of the relaxation, while the hand continues: the fall of a rod takes time, too.
 StepReport WireLink::State::advance(const HandPose& to, double period, StepPolicy means)
@@ -176,7 +176,7 @@ StepReport WireLink::State::advance(const HandPose& to, double period, StepPolic
         const std::vector<BaseTarget> base{target(to)};
         return means == StepPolicy::relax
                    ? try_or_relax(group, base)
-                   : try_step(group, base, period, means == StepPolicy::look);
+                   : try_step(group, base, period, means == StepPolicy::sample);
     }
     const WireState old = body.wire.state;
     const std::vector<BaseTarget> base{{old.base_insertion, old.base_twist}};
@@ -226,7 +226,7 @@ std::vector<Vec6> WireLink::State::ways_aside(const Vec6& way) const
 }
 
 /// A step on the way.
-bool WireLink::State::go_on(const HandPose& to, StepPolicy means)
+bool WireLink::State::advance_to(const HandPose& to, StepPolicy means)
 {
     if (!advance(to, options.period, means).accepted || !body.wire.outside()) return false;
     device = to;
@@ -236,14 +236,14 @@ bool WireLink::State::go_on(const HandPose& to, StepPolicy means)
 /// Steps on a way, which stay taken; shorter ones where they are refused.
 /// @param longest  of them [-]
 /// @return  true if the wire loses its stability beyond the last of them
-bool WireLink::State::look(LookaheadPath& way, double longest)
+bool WireLink::State::follow_path(LookaheadPath& way, double longest)
 {
     const HandPose from = device;
     const StepStart begin = mark_step_start(body.wire);
     double done = 0, step = longest;
     while (done < 1 && way.ahead.size() < kMostPathSamples && in_time()) {
         const double share = std::min(done + step, 1.0);
-        if (go_on(moved(from, share * way.way), StepPolicy::look)) {
+        if (advance_to(moved(from, share * way.way), StepPolicy::sample)) {
             done = share;
             step = std::min(2 * step, longest);
             way.ahead.push_back(sample_ahead(body, begin, options.reach()));
@@ -263,9 +263,9 @@ Lookahead WireLink::State::sample_paths(const Vec6& way)
     if (way.isZero() || !body.wire.outside()) return out;
     const WireState here = body.wire.state;
     const HandPose at = device;
-    const auto sample_path = [&](const Vec6& along, int looks) {
-        const bool falls = look(out.ways.emplace_back(LookaheadPath{along, {}}),
-                                1.0 / (looks * options.periods_ahead()));
+    const auto sample_path = [&](const Vec6& along, int samples) {
+        const bool falls = follow_path(out.ways.emplace_back(LookaheadPath{along, {}}),
+                                       1.0 / (samples * options.periods_ahead()));
         device = at;
         body.wire.state = here;
         return falls;
@@ -330,7 +330,7 @@ Condensed WireLink::State::condense(const Vec6& way, int jumps)
         body.wire.state = lookahead.landed.state;
         device = moved(at, there * way);
     }
-    if (landed || go_on(moved(at, there * way), StepPolicy::relax)) {
+    if (landed || advance_to(moved(at, there * way), StepPolicy::relax)) {
         condensed.after.push_back(condense(std::max(0.0, 1 - there) * way, jumps - 1));
         condensed.after[0].handle = device;
         condensed.jump_at = falls ? there : (last + there) / 2;

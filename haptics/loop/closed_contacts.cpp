@@ -133,7 +133,7 @@ template <class Real> bool ProxyLoop<Real>::solve_statuses()
     return true;
 }
 
-/// Opens what pulls, lets slip what sticks beyond its cone.
+/// Opens contacts that pull; those that stick beyond their cone become sliding.
 template <class Real> bool ProxyLoop<Real>::leave_cones()
 {
     bool any = false;
@@ -152,7 +152,7 @@ template <class Real> bool ProxyLoop<Real>::leave_cones()
     return any;
 }
 
-/// Closes what overlaps, lets stick what slips along its friction, and friction follow the slip.
+/// Closes contacts that overlap; those that slip along their friction become sticking, and friction
 template <class Real> bool ProxyLoop<Real>::close_penetrating()
 {
     const double content = 0.5 * options_.tolerance * size_;

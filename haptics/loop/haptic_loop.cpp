@@ -11,7 +11,7 @@
 namespace amontons {
 namespace {
 
-constexpr double kLateFor = 2; // how long a late tick is remembered [s] ...
+constexpr double kLateFor = 2; // how long a late tick counts [s] ...
 constexpr double kLatest = 20; // ... and how late it counts at most [periods]
 
 HapticOptions with_period(HapticOptions options)

@@ -30,7 +30,7 @@ double coupling(const HapticOptions& options);
 /// What happened in a tick; plain, for a ring that another thread writes out.
 struct TickRecord {
     double time = 0; ///< [s]
-    HandPose handle; ///< as the operator sees it
+    HandPose handle; ///< in the operator's frame
     Wrench computed; ///< J^T r
     Wrench sent;     ///< after ramps, limits and passivity control: see ForceOutput
     ProxyTick proxy;
@@ -82,7 +82,7 @@ private:
     Wrench last_computed_; // repeated where one sample is missing
     bool clutched_ = false, seen_ = false;
     bool unknown_ = false; // what the device did in the last fault
-    Vec3 lag_{0, 0, 0};    // tool minus device that the damper remembers [m]
+    Vec3 lag_{0, 0, 0};    // tool minus device of the damper's last tick [m]
     double arrival_ = -1, next_period_ = 0;
     double last_time_ = -1, late_ = 1; // of the last tick [s]; how late ticks are [periods]
 };

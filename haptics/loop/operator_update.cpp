@@ -41,7 +41,7 @@ template <class Real> double ProxyLoop<Real>::fading_at(double time) const
 }
 
 /// Stores reactions and anchors by identity, for the next operator.
-template <class Real> void ProxyLoop<Real>::remember()
+template <class Real> void ProxyLoop<Real>::store_tick()
 {
     remembered_ = op_->contacts;
     const double newton = op_->length / op_->compliance;
@@ -123,8 +123,8 @@ template <class Real> void ProxyLoop<Real>::start_anew()
 
 template double ProxyLoop<float>::fading_at(double) const;
 template double ProxyLoop<double>::fading_at(double) const;
-template void ProxyLoop<float>::remember();
-template void ProxyLoop<double>::remember();
+template void ProxyLoop<float>::store_tick();
+template void ProxyLoop<double>::store_tick();
 template void ProxyLoop<float>::adopt(double, bool);
 template bool ProxyLoop<float>::has_jumped() const;
 template void ProxyLoop<float>::start_anew();

@@ -74,17 +74,17 @@ Wrench Passivity::allow(Wrench wrench, const Limiter& limiter, Motion motion, bo
         const double late = work_of(w, std::max(late_, longest)) - options_.late_trust;
         return std::max({work_of(w, 1), work_of(w, longest), late});
     };
-    const double wanted = worst_work(wrench), budget = std::max(credit_, 0.0);
-    if ((options_.control || always) && wanted > credit_) {
+    const double forecast = worst_work(wrench), budget = std::max(credit_, 0.0);
+    if ((options_.control || always) && forecast > credit_) {
         ++controlled_;
         // Damping that dissipates the missing energy, up to the limit of the device.
         const double T = options_.period, x2 = x.squaredNorm(), t2 = t.squaredNorm();
         if (motion == Motion::known && x2 + t2 > 0) {
-            const double missing = wanted - credit_;
+            const double missing = forecast - credit_;
             const double b = std::min(options_.max_damping, x2 > 0 ? missing * T / x2 : 0);
             const double c = std::min(options_.max_turn_damping, t2 > 0 ? missing * T / t2 : 0);
             const Wrench damped = limiter.add(wrench, {-b / T * x, -c / T * t});
-            if (worst_work(damped) < wanted) wrench = damped;
+            if (worst_work(damped) < forecast) wrench = damped;
         }
         // Convex in the share that is sent: what is between its ends is enough.
         const double left = worst_work(wrench), least = worst_work({});
@@ -93,7 +93,7 @@ Wrench Passivity::allow(Wrench wrench, const Limiter& limiter, Motion motion, bo
             wrench.force *= share;
             wrench.torque *= share;
         }
-        removed_ += wanted - worst_work(wrench);
+        removed_ += forecast - worst_work(wrench);
     }
     sent_ = wrench;
     sum_.force += wrench.force;

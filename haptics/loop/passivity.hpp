@@ -29,15 +29,15 @@ struct PassivityOptions {
     /// so late just then, while the hand moves off as fast as it may, is unlikely [J].
     double late_trust = 2e-6;
     /// Credit to begin with, which bounds the energy that may be given in all. Without any, a force
-    /// cannot begin where a tick's motion is below the encoder's step: nothing was earned yet, and
-    /// nothing is sure. With K times the square of a few steps it can [J].
+    /// cannot begin where a tick's motion is below the encoder's step: no energy was supplied yet,
+    /// and the next motion is unknown. With K times the square of a few steps it can [J].
     double allowance = 0;
 };
 
 /// What is known of the device's motion in a tick.
 enum class Motion {
     known,   ///< a pose came
-    unknown, ///< none did: what the hand does since the last one counts as predicted
+    unknown, ///< no pose: the motion of the hand since the last one counts as predicted
     fault, ///< the force is being ramped to zero: it is reduced only for predicted motion, not for
            ///< possible motion
 };
@@ -50,7 +50,7 @@ enum class Motion {
 /// force so that the work until the next pose does not exceed the credit: that of the wrenches sent
 /// since the last pose, which may be some ticks ago, and of the one to send. Source of the idea:
 /// Hannaford & Ryu, IEEE T-RA 18 (2002) 1-10, observer and controller; here the controller acts
-/// before the energy is given, theirs after.
+/// before the energy is delivered, in that paper after.
 class Passivity {
 public:
     explicit Passivity(const PassivityOptions& options = {})
@@ -65,13 +65,14 @@ public:
     /// @param time  of the pose: a late tick has moved farther [s]
     void observe(const HandPose& device, double time);
     /// Continues from a pose that the device did not move to: it was re-calibrated, or replaced.
+    /// @param time  of the pose [s]
     void restart(const HandPose& device, double time);
     /// Sets the credit to zero, after a fault of the device.
     void drop_credit();
     /// How many ticks a force may be held from now on, besides those of the options: by the recent
     /// lateness of ticks.
     void expect_delayed(int ticks) { late_ = ticks; }
-    /// The wrench that may be sent now. Also remembers it for observe().
+    /// The wrench that may be sent now. Stores it for observe().
     /// @param wrench   that may be sent by the limiter: what is left of it may, too
     /// @param limiter  of this tick: how much damping may be added, where the motion is known
     /// @param always   without control, too

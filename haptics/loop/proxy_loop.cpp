@@ -107,7 +107,7 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
     const double inverse_length = 1 / op_->length;
     const Mat3 tilt = turn_ - Mat3::Identity();
     for (int w = 0; w < op_->ways; ++w)
-        look_[at(w)] = blend_of_samples(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
+        blend_[at(w)] = blend_of_samples(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
     for (int i = 0; i < op_->contacts; ++i) {
         const CandidateContact& c = contact(i);
         Vec3 q = c.q;
@@ -116,10 +116,10 @@ template <class Real> void ProxyLoop<Real>::free_motion(double fading)
         else
             q.noalias() += c.J * moved_;
         for (int w = 0; w < op_->ways; ++w) {
-            const PathBlend& look = look_[at(w)];
-            const Vec3* bend = &op_->way[at(w)].bend[at(kMostPathSamples * i + look.look)];
-            q += look.there * bend[0];
-            if (look.look > 0) q += look.before * bend[-1];
+            const PathBlend& blend = blend_[at(w)];
+            const Vec3* bend = &op_->way[at(w)].bend[at(kMostPathSamples * i + blend.sample)];
+            q += blend.there * bend[0];
+            if (blend.sample > 0) q += blend.before * bend[-1];
         }
         q_[at(i)] = inverse_length * q;
         const Vec3 offset = anchor_[at(i)] + fading * fade_[at(i)];
@@ -240,14 +240,14 @@ template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
     const Vec6 own = op_->stiffness * moved_;
     Wrench rest = op_->rest;
     for (int i = 0; i < op_->ways; ++i) {
-        const auto add_bend = [&](int look, double share) {
-            const Wrench& bend = op_->way[at(i)].rest[at(look)];
+        const auto add_bend = [&](int sample, double share) {
+            const Wrench& bend = op_->way[at(i)].rest[at(sample)];
             rest.force += share * bend.force;
             rest.torque += share * bend.torque;
         };
-        const PathBlend& look = look_[at(i)];
-        add_bend(look.look, look.there);
-        if (look.look > 0) add_bend(look.look - 1, look.before);
+        const PathBlend& blend = blend_[at(i)];
+        add_bend(blend.sample, blend.there);
+        if (blend.sample > 0) add_bend(blend.sample - 1, blend.before);
     }
     w.force = scale * w.force + rest.force - own.head<3>() + fading * jump_.force;
     w.torque = scale * w.torque + rest.torque - own.tail<3>() + fading * jump_.torque;
@@ -326,13 +326,13 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         if (!together && history_.can_extrapolate())
             history_.extrapolate(r_.data()->data(), u_.data()->number);
         history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
-        const double met = sweep();
+        const double error_now = sweep();
         history_.after_sweep(r_.data()->data(), u_.data()->number);
-        if (met > least) history_.forget(); // it no longer predicts the next error
-        least = std::min(least, met);
+        if (error_now > least) history_.clear(); // it no longer predicts the next error
+        least = std::min(least, error_now);
         ++result.sweeps;
         // Far from the end the error need not be known.
-        known = met <= kNear * options_.tolerance;
+        known = error_now <= kNear * options_.tolerance;
         if (known) result.error = error();
         together = false;
         if (known && result.error <= options_.tolerance) break;
@@ -397,7 +397,7 @@ template <class Real> bool ProxyLoop<Real>::has_jumped_by(const HandPose& device
 template <class Real> void ProxyLoop<Real>::begin_operator(const ReducedOperator<Real>& op)
 {
     op_ = &op;
-    history_.forget();
+    history_.clear();
     turn_ = prepared_turn_ = Mat3::Identity();
     for (int i = 0; i < op.contacts; ++i) {
         cone_[at(i)] = Mat3::Identity();
@@ -415,7 +415,7 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
     // Without a tick since the last one there is no force to continue from, nor a pose it was felt
     // at.
     const bool first = op_ == nullptr || taken_;
-    if (!first) remember();
+    if (!first) store_tick();
     begin_operator(op);
     while (!first && has_jumped_by(device_))
         begin_operator(op_->after[0]);

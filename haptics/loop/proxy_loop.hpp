@@ -51,7 +51,7 @@ struct ClosedContact {
     Vec3 direction; ///< of its reaction, per normal force, in the turned frame ...
     Vec3 r;         ///< ... and itself
 };
-/// An equation of theirs, and an unknown.
+/// An equation of the closed contacts, and its unknown.
 struct ClosedRow {
     /// Number of the contact.
     int contact = 0;
@@ -81,10 +81,12 @@ public:
     bool take(const ReducedOperator<Real>& op, double time);
 
     /// The force for this pose; zero until an operator was taken.
+    /// @param time  on the loop's clock [s]
     ProxyTick tick(const HandPose& device, double time);
 
     /// Discards all reactions, as before the first contact; reactions of contacts that overlap at
     /// this pose are phased in over the blend time.
+    /// @param time  on the loop's clock [s]
     void release(const HandPose& device, double time);
 
     /// The operator in use; nullptr before the first.
@@ -135,7 +137,7 @@ private:
     void restore_closed();
 
     // operator_update.cpp: from one operator to the next
-    void remember();
+    void store_tick();
     void adopt(double time, bool anew);
     bool has_jumped() const;
     void start_anew();
@@ -165,7 +167,7 @@ private:
     HandPose device_;
     Wrench last_; // of the tick before
     Vec6 moved_ = Vec6::Zero();
-    std::array<PathBlend, kMostPaths> look_; // of the operator's ways, at this pose
+    std::array<PathBlend, kMostPaths> blend_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
     double blend_start_ = 0, blend_time_ = 0; // [s]

@@ -91,7 +91,7 @@ void Safety::fail(SafetyState state)
 }
 
 /// What is wrong now; running if nothing.
-SafetyState Safety::look(const SafetyInput& in)
+SafetyState Safety::examine(const SafetyInput& in)
 {
     if (in.simulation_stopped) return SafetyState::simulation_stopped;
     if (!in.sample_valid) {
@@ -136,7 +136,7 @@ bool Safety::watch(const SafetyInput& in)
     elapsed_ = time_ < 0 ? options_.period : in.time - time_;
     time_ = in.time;
     jump_ = false;
-    const SafetyState found = look(in);
+    const SafetyState found = examine(in);
     if (found != SafetyState::running) {
         fail(found);
     } else if (!is_good(state_) && !stays(state_)) {

@@ -59,8 +59,8 @@ struct SafetyInput {
 /// An operator that ages loses stiffness: from aged_periods on the force is scaled down with its
 /// age, evenly, to none at stale_periods. A new operator restores it as at the start.
 ///
-/// In a fault the last wrench that was sent varies linearly to zero within ramp_down, by the clock,
-/// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) lets the
+/// In a fault the last wrench that was sent varies linearly to zero within ramp_down, in real time,
+/// and never grows. A fault that can pass (stale operator, lost device, too fast, jump) makes the
 /// force return over ramp_up after a time `calm` without a fault; the others are permanent. A late
 /// tick restores no more of the force than one in time.
 class Safety {
@@ -86,7 +86,7 @@ public:
 
 private:
     void fail(SafetyState state);
-    SafetyState look(const SafetyInput& input);
+    SafetyState examine(const SafetyInput& input);
 
     SafetyOptions options_;
     SafetyState state_ = SafetyState::no_operator, last_fault_ = SafetyState::running;

@@ -47,7 +47,7 @@ template <class Real> SweepHistory<Real>::SweepHistory(int most_rows)
     last_r_.resize(static_cast<std::size_t>(most_rows));
 }
 
-template <class Real> void SweepHistory<Real>::forget()
+template <class Real> void SweepHistory<Real>::clear()
 {
     known_ = 0;
     newest_ = -1;
@@ -100,7 +100,7 @@ template <class Real> void SweepHistory<Real>::extrapolate(double* r, Real* u)
         share[k] = dot(residual_change_[k], last_residual_, lines_);
     Eigen::LDLT<Small> factor(matrix);
     factor.solveInPlace(share);
-    if (!(share.template lpNorm<1>() <= kMostShares)) return forget();
+    if (!(share.template lpNorm<1>() <= kMostShares)) return clear();
     for (int k = 0; k < known_; ++k) {
         const Real* dr = r_change_[k].data()->number;
         const Real* du = u_change_[k].data()->number;

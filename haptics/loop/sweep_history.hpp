@@ -15,7 +15,7 @@ public:
 
     /// Discards the differences: for another operator, or after an extrapolation that raised the
     /// error.
-    void forget();
+    void clear();
     /// Begins a tick: r has changed since the last sweep, so no difference is stored across it.
     void begin() { has_last_ = false; }
     /// True if enough differences are stored.

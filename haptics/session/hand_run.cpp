@@ -5,12 +5,12 @@
 #include "haptics/device/turned.hpp"
 #include "haptics/device/udp.hpp"
 #include "haptics/link/settings.hpp"
-#include "haptics/real_time.hpp"
 #include "haptics/session/link_changes.hpp"
-#include "haptics/virtual_time.hpp"
+#include "haptics/time/real_time.hpp"
+#include "haptics/time/virtual_time.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/base/file.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -69,7 +69,7 @@ constexpr int kFewestContacts = 16;
 constexpr double kMostTicks = 4e6;
 
 /// What a hand cannot feel.
-void check_felt(const Scene& scene, double duration)
+void check_supported(const Scene& scene, double duration)
 {
     if (duration * scene.haptic.rate > kMostTicks)
         throw InputError({{scene.file, "/haptic/rate",
@@ -81,8 +81,9 @@ void check_felt(const Scene& scene, double duration)
             throw InputError({{scene.file, "/bodies/" + b.name + "/hold", "a tip that is held",
                                "none: a hand feels wires whose tip is free"}});
     if (scene.contact_solver.given())
-        throw InputError({{scene.file, "/contact_solver", "a solver for a hand's scene",
-                           "none: what a hand feels is solved by ours, at its rate"}});
+        throw InputError(
+            {{scene.file, "/contact_solver", "a solver for a hand's scene",
+              "none: the force on a hand is solved by the program's own solver, at its rate"}});
 }
 
 } // namespace
@@ -94,13 +95,14 @@ struct HandRun::State {
     MakeObstacles make;
     double duration = 0; // [s]
     HapticSettings set;
-    std::vector<Obstacle> obstacles;   // before the links, which use them
-    std::unique_ptr<HandleLink> first; // stays: the hand asks it for its path, from another thread
+    std::vector<Obstacle> obstacles; // before the links, which use them
+    std::unique_ptr<HandleLink>
+        first; // stays: the hand reads its path from it, from another thread
     ChangedLink changed;
     HandleLink* link = nullptr; // the one that is stepped
     std::unique_ptr<Device> device;
     SimulatedHand* hand = nullptr; // the device, if it is one
-    bool told = false;             // a fault, while it lasted
+    bool fault_reported = false;   // a fault, while it lasted
 
     void run_virtual(const Publisher<float>& publish, HapticLoop<float>& loop, HapticOutcome& out,
                      const HandRunHooks& hooks, const std::atomic<bool>& stop);
@@ -120,7 +122,7 @@ HandRun::HandRun(Scene scene, const HandRunOptions& options, ReadAgain read)
     const DeviceChoice choice = choose_device(s.options.device);
     if (s.options.virtual_time && (choice.kind == "udp" || choice.kind == "spacemouse"))
         throw InputError({{"(--virtual-time)", "--device", quoted_text(s.options.device),
-                           "simulated or recorded:FILE: the others live by the clock"}});
+                           "simulated or recorded:FILE: the others run in real time"}});
     if (choice.kind == "recorded") {
         Trajectory path = parse_trajectory(read_file(choice.rest), choice.rest);
         s.duration = path.end();
@@ -133,7 +135,7 @@ HandRun::HandRun(Scene scene, const HandRunOptions& options, ReadAgain read)
         s.device = std::make_unique<SpaceMouse>();
     }
     if (s.options.duration > 0) s.duration = s.options.duration;
-    check_felt(s.scene, s.duration);
+    check_supported(s.scene, s.duration);
     place_introducers(s.scene);
 }
 
@@ -169,7 +171,7 @@ void HandRun::prepare(MakeObstacles make)
     State& s = *state_;
     s.make = std::move(make);
     s.obstacles = s.make(s.scene);
-    // Ticks by the clock and poses of real devices are not reproducible.
+    // Ticks in real time and poses of real devices are not reproducible.
     const int late = s.options.late > 0 ? 3 : s.options.virtual_time ? 0 : 2;
     s.set = settings_of(s.scene, late);
     s.set.link.cache = s.options.cache;
@@ -222,20 +224,20 @@ std::string HandRun::State::refused() const
 HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& stop)
 {
     State& s = *state_;
-    const auto say = [&](const std::string& text) {
-        if (hooks.say) hooks.say(text);
+    const auto print_line = [&](const std::string& text) {
+        if (hooks.print_line) hooks.print_line(text);
     };
     HapticLoop<float> loop(s.scene.haptic.contacts, s.set.loop);
     LinkChanges changes(s.read, s.make, s.set.link, s.options.virtual_time);
     bool published = false, remade = false; // anything
     const Publisher<float> publish = [&](ReducedOperator<float>& op, const HandPose& handle,
                                          double time, std::uint64_t sequence) {
-        if (hooks.changes) changes.ask(hooks.changes());
-        const auto tell = [&](const std::string& line, const std::string& refusal) {
+        if (hooks.changes) changes.request(hooks.changes());
+        const auto report_change = [&](const std::string& line, const std::string& refusal) {
             if (hooks.changed) return hooks.changed(line, refusal, *s.link);
-            say(refusal.empty() ? "set " + line : "not set: " + line + ": " + refusal);
+            print_line(refusal.empty() ? "set " + line : "not set: " + line + ": " + refusal);
         };
-        if (ChangedLink next = changes.next(*s.link, tell); next.link) {
+        if (ChangedLink next = changes.next(*s.link, report_change); next.link) {
             s.changed.link.reset(); // before its obstacles
             s.changed = std::move(next);
             s.link = s.changed.link.get();
@@ -244,7 +246,7 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
         const bool done = s.link->step(sequence == 1 ? s.link->start() : handle) &&
                           s.link->publish(op, time, sequence);
         // Before the first one nothing is stale, and no state would show why there is no force.
-        if (sequence == 1 && !done) say("no force yet: " + s.refused());
+        if (sequence == 1 && !done) print_line("no force yet: " + s.refused());
         published |= done;
         if (hooks.after_step)
             hooks.after_step(*s.link, s.changed.link ? s.changed.obstacles : s.obstacles, remade);
@@ -253,7 +255,7 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
     };
     HapticOutcome out;
     out.real_time = !s.options.virtual_time;
-    out.contacts_asked = out.contacts_left = s.scene.haptic.contacts;
+    out.contacts_at_first = out.contacts_left = s.scene.haptic.contacts;
     if (s.options.virtual_time)
         s.run_virtual(publish, loop, out, hooks, stop);
     else
@@ -263,11 +265,12 @@ HapticOutcome HandRun::run(const HandRunHooks& hooks, const std::atomic<bool>& s
         out.message = "there was no force: " + s.refused();
     }
     s.device->close();
-    changes.end(say);
+    changes.end(print_line);
     out.summary = summarise<float>(out.records, loop, s.set.loop.period, out.real_time);
     if (stop) out.status = "interrupted";
-    if (out.summary.faults > 0 && !s.told)
-        say(std::string(name(out.summary.last_fault)) + ": " + reason(out.summary.last_fault));
+    if (out.summary.faults > 0 && !s.fault_reported)
+        print_line(std::string(name(out.summary.last_fault)) + ": " +
+                   reason(out.summary.last_fault));
     return out;
 }
 
@@ -298,11 +301,11 @@ void HandRun::State::run_by_clock(const Publisher<float>& publish, HapticLoop<fl
                                   const std::atomic<bool>& stop)
 {
     State& s = *this;
-    const auto say = [&](const std::string& text) {
-        if (hooks.say) hooks.say(text);
+    const auto print_line = [&](const std::string& text) {
+        if (hooks.print_line) hooks.print_line(text);
     };
-    bool told_limited = false; // once
-    SafetyState said = SafetyState::running;
+    bool reported_limited = false; // once
+    SafetyState last_state = SafetyState::running;
     RealTimeOptions options;
     options.duration = s.duration;
     options.period = s.set.loop.period;
@@ -315,18 +318,18 @@ void HandRun::State::run_by_clock(const Publisher<float>& publish, HapticLoop<fl
     options.on_state = [&](SafetyState state) {
         if (state == SafetyState::starting) return;
         if (state == SafetyState::limited) { // it appears and disappears: once is enough
-            if (!told_limited)
-                say(std::string(name(state)) + ": " + reason(state) +
-                    " (the report counts these ticks)");
-            told_limited = true;
+            if (!reported_limited)
+                print_line(std::string(name(state)) + ": " + reason(state) +
+                           " (the report counts these ticks)");
+            reported_limited = true;
             return;
         }
-        if (state != said) say(std::string(name(state)) + ": " + reason(state));
-        said = state;
-        s.told = s.told || state != SafetyState::running;
+        if (state != last_state) print_line(std::string(name(state)) + ": " + reason(state));
+        last_state = state;
+        s.fault_reported = s.fault_reported || state != SafetyState::running;
     };
     options.on_slow = [&](double rate) {
-        say(fmt::format(
+        print_line(fmt::format(
             "warning: {:.0f} of {:g} steps a second: the hand feels old operators; set "
             "/haptic/simulation_rate to {:.0f}, or make the scene smaller: coarser meshes, "
             "fewer /haptic/contacts, a looser /accuracy/contact; or allow more --threads",
@@ -352,7 +355,7 @@ void HandRun::State::run_by_clock(const Publisher<float>& publish, HapticLoop<fl
     out.preempted = run.preempted;
     out.bare_missed = run.bare_missed;
     out.bare_wake = percentiles(std::move(run.bare_wake));
-    if (!run.fifo || !run.locked) say("warning: " + run.scheduling);
+    if (!run.fifo || !run.locked) print_line("warning: " + run.scheduling);
     if (!run.stopped.empty()) {
         out.status = "failed";
         out.message = "the simulation stopped: " + run.stopped;

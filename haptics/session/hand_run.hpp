@@ -34,9 +34,9 @@ struct HandRunOptions {
 
 /// Callbacks of a run, in the simulation's thread. Any may be empty.
 struct HandRunHooks {
-    std::function<void(const std::string&)> say;       ///< a line for the user
-    std::function<std::vector<std::string>()> changes; ///< "PATH=VALUE" that the user asks for
-    /// Called for each change, with "" if it was made, else with the reason. Empty: `say` is
+    std::function<void(const std::string&)> print_line; ///< a line for the user
+    std::function<std::vector<std::string>()> changes;  ///< "PATH=VALUE" that the user requests
+    /// Called for each change, with "" if it was made, else with the reason. Empty: `print_line` is
     /// called.
     std::function<void(const std::string& line, const std::string& refusal, const HandleLink&)>
         changed;

@@ -36,7 +36,7 @@ struct LinkChanges::State {
     LinkOptions options;
     bool waits = false;
     std::vector<std::string> overrides;
-    std::deque<std::string> asked;
+    std::deque<std::string> requested;
     std::future<ChangedLink> pending;
 };
 
@@ -51,20 +51,20 @@ LinkChanges::LinkChanges(ReadAgain read, MakeObstacles make, const LinkOptions& 
 
 LinkChanges::~LinkChanges() = default;
 
-void LinkChanges::ask(std::vector<std::string> lines)
+void LinkChanges::request(std::vector<std::string> lines)
 {
     State& s = *state_;
     for (std::string& line : lines)
-        s.asked.push_back(std::move(line));
+        s.requested.push_back(std::move(line));
 }
 
-ChangedLink LinkChanges::next(const HandleLink& now, const Tell& tell)
+ChangedLink LinkChanges::next(const HandleLink& now, const ReportChange& report)
 {
     State& s = *state_;
-    if (!s.pending.valid() && !s.asked.empty()) {
+    if (!s.pending.valid() && !s.requested.empty()) {
         s.pending = std::async(std::launch::async, build_changed_link, s.read, s.make, s.overrides,
-                               s.asked.front(), s.options);
-        s.asked.pop_front();
+                               s.requested.front(), s.options);
+        s.requested.pop_front();
     }
     ChangedLink c;
     if (!s.pending.valid() ||
@@ -76,17 +76,17 @@ ChangedLink LinkChanges::next(const HandleLink& now, const Tell& tell)
         c.link.reset();
     }
     if (c.link) s.overrides = c.overrides;
-    tell(c.line, c.refusal);
+    report(c.line, c.refusal);
     return c;
 }
 
-void LinkChanges::end(const std::function<void(const std::string&)>& say)
+void LinkChanges::end(const std::function<void(const std::string&)>& print_line)
 {
     State& s = *state_;
-    if (s.pending.valid()) s.asked.push_front(s.pending.get().line);
-    for (const std::string& line : s.asked)
-        say("not set, the run ended before: " + line);
-    s.asked.clear();
+    if (s.pending.valid()) s.requested.push_front(s.pending.get().line);
+    for (const std::string& line : s.requested)
+        print_line("not set, the run ended before: " + line);
+    s.requested.clear();
 }
 
 } // namespace amontons

@@ -35,13 +35,13 @@ public:
     ~LinkChanges();
 
     /// @param lines  "PATH=VALUE", made ready one after another
-    void ask(std::vector<std::string> lines);
+    void request(std::vector<std::string> lines);
     /// Is called for each change: its line and "", or why it is not made.
-    using Tell = std::function<void(const std::string& line, const std::string& refusal)>;
+    using ReportChange = std::function<void(const std::string& line, const std::string& refusal)>;
     /// The next change that is ready, taken over from the state of the simulation; or no link.
-    ChangedLink next(const HandleLink& now, const Tell& tell);
+    ChangedLink next(const HandleLink& now, const ReportChange& report);
     /// The run is over.
-    void end(const std::function<void(const std::string&)>& say);
+    void end(const std::function<void(const std::string&)>& print_line);
 
 private:
     struct State;

@@ -40,7 +40,9 @@ std::string haptic_json(const HapticOutcome& o, const HapticSettings& set, const
     }
     json.key("contacts").open('{').member("max", s.most_contacts);
     json.member("closed", s.most_closed).member("left_out", link.most_left_out());
-    json.member("allowed", o.contacts_asked).member("allowed_at_end", o.contacts_left).close('}');
+    json.member("allowed", o.contacts_at_first)
+        .member("allowed_at_end", o.contacts_left)
+        .close('}');
     add_percentiles(json, "error", s.error);
     add_percentiles(json, "iterations", s.sweeps);
     json.member("over_tolerance", s.over_tolerance);
@@ -101,10 +103,11 @@ std::string haptic_table(const HapticOutcome& o, const HapticSettings& set, cons
         row("wake-up", micro(s.wake));
         row("  of a bare timer", micro(o.bare_wake) + fmt::format("; {} late", o.bare_missed));
         row("missed",
-            fmt::format("{} by our work, {} by the host, {} by a late wake-up, {} preempted, {} in "
-                        "a row left out",
-                        s.missed_compute, s.missed_host, s.missed_wake, s.missed_preempted,
-                        s.longest_miss));
+            fmt::format(
+                "{} by the loop's work, {} by the host, {} by a late wake-up, {} preempted, {} in "
+                "a row left out",
+                s.missed_compute, s.missed_host, s.missed_wake, s.missed_preempted,
+                s.longest_miss));
         row("page faults", fmt::format("{} in the loop", o.page_faults));
         if (o.page_faults > 0 && o.pages_moved > 0)
             row("", fmt::format("meanwhile the kernel moved {} pages, locked ones, too, unless the "
@@ -113,7 +116,7 @@ std::string haptic_table(const HapticOutcome& o, const HapticSettings& set, cons
     }
     row("contacts", fmt::format("{} handed over at most, {} closed, {} left out", s.most_contacts,
                                 s.most_closed, link.most_left_out()));
-    if (o.contacts_left < o.contacts_asked)
+    if (o.contacts_left < o.contacts_at_first)
         row("reduced", fmt::format("{} contacts at most at the end, for lack of time in a tick",
                                    o.contacts_left));
     row("error", fmt::format("p50 {:.1e}, p99 {:.1e}, max {:.1e}; sweeps p50 {:g}, p99 {:g}",

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "haptics/summary.hpp"
+#include "haptics/time/summary.hpp"
 
 #include <optional>
 #include <string>
@@ -27,8 +27,9 @@ struct HapticOutcome {
     long page_faults = 0, pages_moved = 0, preempted = 0, bare_missed = 0;
     Percentiles bare_wake;
     std::optional<ShownFrames> shown; ///< with --view
-    double step_rate = 0; ///< of the simulation by the clock, over its last whole second [1/s]
-    int contacts_asked = 0, contacts_left = 0; ///< most that are handed over: at first, at the end
+    double step_rate = 0; ///< of the simulation in real time, over its last whole second [1/s]
+    int contacts_at_first = 0,
+        contacts_left = 0; ///< most that are handed over: at first, at the end
 };
 
 /// The keys of `amontons haptic --json`.

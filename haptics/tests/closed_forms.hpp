@@ -10,7 +10,7 @@
 
 namespace amontons::test {
 
-/// What F03 and F06 of the benchmarks ask of the loop: solved to round-off.
+/// Options of the loop for F03 and F06 of the benchmarks: solved to round-off.
 template <class Real> ProxyOptions exact()
 {
     ProxyOptions options;

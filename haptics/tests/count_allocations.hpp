@@ -4,7 +4,7 @@
 #include <new>
 
 // Counts what each thread takes from the heap, by the operators new of the whole test program and,
-// with glibc, by its malloc, which Eigen asks: to be included by one of its files only. Sanitizers
+// with glibc, by its malloc, which Eigen calls: to be included by one of its files only. Sanitizers
 // have a malloc of their own.
 
 namespace amontons::test {

@@ -1,8 +1,8 @@
 #include "haptics/device/recorded.hpp"
 #include "haptics/device/udp.hpp"
-#include "haptics/real_time.hpp"
-#include "haptics/summary.hpp"
 #include "haptics/tests/count_allocations.hpp"
+#include "haptics/time/real_time.hpp"
+#include "haptics/time/summary.hpp"
 #if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
 #include "haptics/tests/count_locks.hpp"
 #else
@@ -27,7 +27,7 @@ inline thread_local long locks = 0;
 using namespace amontons;
 using namespace amontons::test;
 
-// By the clock, but nothing here depends on how well the host keeps it: a run ends when what it is
+// In real time, but nothing here depends on how well the host keeps it: a run ends when what it is
 // to show has happened, or after a minute.
 
 namespace {
@@ -98,7 +98,7 @@ struct Fixture {
         o.passivity.control = false;
         return o;
     }
-    /// @param fails  asked before each publication; from then on there are none, or it throws
+    /// @param fails  called before each publication; from then on there are none, or it throws
     RealTimeRun run(
         const HapticOptions& settings = {}, std::function<bool()> fails = [] { return false; },
         bool throws = false)
@@ -121,7 +121,7 @@ struct Fixture {
 } // namespace
 
 TEST_CASE(
-    "the loop ticks by the clock and takes operators and neither allocates nor locks nor faults")
+    "the loop ticks in real time and takes operators and neither allocates nor locks nor faults")
 {
     Fixture f;
     // A force that is felt after five periods is not of the first operator: that one is stale.
@@ -183,10 +183,10 @@ TEST_CASE("devices are read and written without an allocation")
 TEST_CASE("a simulation that publishes no more takes the force away and the reason is reported")
 {
     Fixture f;
-    std::vector<SafetyState> told;
+    std::vector<SafetyState> reported;
     std::atomic<bool> stale{false};
     f.options.on_state = [&](SafetyState state) {
-        told.push_back(state);
+        reported.push_back(state);
         if (state == SafetyState::stale_operator) stale = true;
     };
     f.device.enough = [&] { return f.device.pressed && f.device.force == 0 && stale; };
@@ -195,26 +195,26 @@ TEST_CASE("a simulation that publishes no more takes the force away and the reas
     CHECK(run.records.back().state == SafetyState::stale_operator);
     CHECK(run.records.back().sent.force.norm() == 0);
     CHECK(f.device.pressed);
-    CHECK(told.back() == SafetyState::stale_operator);
+    CHECK(reported.back() == SafetyState::stale_operator);
 }
 
-TEST_CASE("a simulation slower than asked is reported once while the run lasts")
+TEST_CASE("a simulation slower than requested is reported once while the run lasts")
 {
-    // It can be no faster than it is: a thousand steps a second are asked for, fifty made at most.
+    // It can be no faster than it is: a thousand steps a second are requested, fifty made at most.
     Fixture f;
-    std::vector<double> told;
+    std::vector<double> reported;
     f.options.operator_period = 1e-3;
-    f.options.on_slow = [&](double rate) { told.push_back(rate); };
-    std::atomic<int> asked{0};
-    f.device.enough = [&] { return asked > 70; };
+    f.options.on_slow = [&](double rate) { reported.push_back(rate); };
+    std::atomic<int> requested{0};
+    f.device.enough = [&] { return requested > 70; };
     const RealTimeRun run = f.run(Fixture::plain(), [&] {
         std::this_thread::sleep_for(std::chrono::milliseconds(20));
-        ++asked;
+        ++requested;
         return false;
     });
-    REQUIRE(told.size() == 1);
-    CHECK(told[0] > 0);
-    CHECK(told[0] < 51);
+    REQUIRE(reported.size() == 1);
+    CHECK(reported[0] > 0);
+    CHECK(reported[0] < 51);
     CHECK(run.step_rate < 51);
 }
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "haptics/reduced_operator.hpp"
 
 #include <cmath>
@@ -25,7 +25,8 @@ inline Mat3 frame_of(const Vec3& normal)
 }
 
 /// A rigid tool, held by the device through a spring, over an elastic half-space (z < 0, or rigid).
-/// Points of the tool touch the plane z = height(x, y) of its surface, taken as level at each point.
+/// Points of the tool touch the plane z = height(x, y) of its surface, taken as level at each
+/// point.
 struct Bed {
     std::vector<Vec3> points; ///< of the tool, in its own axes [m]
     double mu = 0.5;
@@ -105,7 +106,7 @@ void publish(ReducedOperator<Real>& op, const Bed& bed, const HandPose& pose, do
     set_delassus(op, W);
 }
 
-/// The slow simulation of a bed: it remembers where each point sticks.
+/// The slow simulation of a bed: it stores where each point sticks.
 struct BedSimulation {
     Bed bed;
     std::vector<Vec3> anchor; ///< by point [m]

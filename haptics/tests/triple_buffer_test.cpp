@@ -24,7 +24,7 @@ TEST_CASE("nothing is fetched twice and the newest counts")
 }
 
 // Run by the tsan preset, too: there any unordered access is a failure of its own.
-TEST_CASE("between two threads nothing is torn and nothing returns")
+TEST_CASE("between two threads no value is torn and none appears twice")
 {
     struct Record {
         std::vector<int> number = std::vector<int>(256, 0);

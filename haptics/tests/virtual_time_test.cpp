@@ -141,7 +141,7 @@ TEST_CASE("work counted by the loop is the work that the motors did")
           doctest::Approx(loop.passivity().energy() + records.back().sent.force.dot(last)));
 }
 
-TEST_CASE("a late tick comes after its delay whatever the next one does")
+TEST_CASE("a late tick takes place after its delay whatever the next one does")
 {
     Bed bed = wall(800);
     const HapticOptions o = bare();
@@ -227,7 +227,7 @@ TEST_CASE("a hand-over makes no jump that the hand's own motion does not make")
     bed.points = grid(9, 5e-3);
     bed.shear = 1e5;
     bed.k = 500;
-    bed.mu = 0.2; // slips: what the operator's pose does not know
+    bed.mu = 0.2; // slips: not contained in the operator's pose
     HandOptions h = barely_held();
     h.mass = 0.554; // the arm of docs/theory/haptics.md
     h.damping = 6.45;

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "haptics/tests/scenes.hpp"
-#include "haptics/virtual_time.hpp"
+#include "haptics/time/virtual_time.hpp"
 
 #include <algorithm>
 #include <limits>

@@ -16,7 +16,7 @@ double curve_value(const CurvePoints& curve, double t);
 double curve_rate(const CurvePoints& curve, double t);
 
 /// The first knot after t, where the slope changes; +infinity if there is none [s].
-/// A step that crosses no knot sees a curve that is exactly linear.
+/// Within a step that crosses no knot the curve is exactly linear.
 double next_knot(const CurvePoints& curve, double t);
 
 /// The times of the points, ascending, each once [s].

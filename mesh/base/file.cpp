@@ -54,8 +54,8 @@ private:
 std::string nearest_file(const std::string& path)
 {
     constexpr int kMostNames = 10000; // a hint is not worth a walk through a huge folder
-    const fs::path wanted(path);
-    const fs::path folder = wanted.has_parent_path() ? wanted.parent_path() : fs::path(".");
+    const fs::path requested(path);
+    const fs::path folder = requested.has_parent_path() ? requested.parent_path() : fs::path(".");
     std::vector<std::string> names;
     std::error_code error;
     int count = 0;
@@ -65,7 +65,7 @@ std::string nearest_file(const std::string& path)
         names.push_back(entry->path().filename().string());
     }
     std::sort(names.begin(), names.end()); // the system's order is not the same everywhere
-    return nearest_name(wanted.filename().string(), names);
+    return nearest_name(requested.filename().string(), names);
 }
 
 /// Writes all bytes. @return 0 or errno
@@ -153,8 +153,8 @@ void write_file(const std::string& path, std::span<const std::string_view> parts
                 Links links)
 {
     struct stat info {};
-    const auto look = links == Links::follow ? ::stat : ::lstat;
-    bool exists = look(path.c_str(), &info) == 0;
+    const auto stat_file = links == Links::follow ? ::stat : ::lstat;
+    bool exists = stat_file(path.c_str(), &info) == 0;
     if (exists && S_ISLNK(info.st_mode)) exists = false; // the rename takes its place
     if (exists && S_ISDIR(info.st_mode)) throw WriteError(path, "it is a folder");
     if (exists && !S_ISREG(info.st_mode)) { // a rename would replace the device itself

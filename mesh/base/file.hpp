@@ -37,10 +37,10 @@ enum class Flush {
 /// What happens to a link where a file is to be written.
 enum class Links {
     follow,  ///< it stays, and the file that it names is written
-    replace, ///< the file takes its place: what it names is not ours
+    replace, ///< the file takes its place: what it names is left alone
 };
 
-/// Writes a file so that every reader sees all of the old one or all of the new one.
+/// Writes a file so that every reader gets all of the old one or all of the new one.
 ///
 /// A temporary file in the same folder, then a rename. An existing file keeps its permissions. What
 /// is no ordinary file (/dev/stdout, a pipe) is written directly.

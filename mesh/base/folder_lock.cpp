@@ -62,7 +62,7 @@ FolderLock::FolderLock(const std::string& folder, const std::string& who) : path
         struct stat mine {
         }, there{};
         if (::fstat(file_, &mine) != 0) fail(errno);
-        // The one before may have taken the file away between our open and our lock.
+        // The one before may have taken the file away between open and lock.
         if (::stat(path_.c_str(), &there) == 0 && mine.st_ino == there.st_ino &&
             mine.st_dev == there.st_dev)
             break;

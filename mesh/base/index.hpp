@@ -7,13 +7,13 @@
 
 namespace amontons {
 
-/// An index of ours as one of the standard library; >= 0.
+/// An index of this program (int32) as one of the standard library; >= 0.
 inline std::size_t at(std::int32_t i)
 {
     return static_cast<std::size_t>(i);
 }
 
-/// An index of the standard library as one of ours.
+/// An index of the standard library as one of this program (int32).
 inline std::int32_t number(std::size_t i)
 {
     return static_cast<std::int32_t>(i);

@@ -2,7 +2,7 @@
 
 // The entry points of the run-time module libamontons-cgal.so, as plain C: the program opens it
 // with dlopen only when a surface is to be filled with tetrahedra, so that nothing else maps it.
-// Never link the module; look the names up.
+// Never link the module; resolve its names at run time.
 //
 // The module uses CGAL and contains nothing of files, units or repair: what comes in is closed,
 // oriented and does not touch itself, or is a function. It works best on numbers near 1: a ball of
@@ -20,7 +20,7 @@ struct AmontonsCgalInput {
     const int* triangles; ///< 3 x triangle_count, counter-clockwise seen from outside
     long triangle_count;
     double feature_angle; ///< edges whose two normals differ by more are kept [degrees]
-    /// Longest edge wanted at a place (3 numbers). Called very often; may throw to end the meshing.
+    /// Longest edge allowed at a place (3 numbers). Called very often; may throw to end the meshing.
     double (*size)(const double* place, void* with);
     void* with;       ///< handed to `size`
     double deviation; ///< largest distance of a boundary triangle from the surface
@@ -47,7 +47,7 @@ struct AmontonsCgalMesh {
 
 /// Fills a closed surface with tetrahedra.
 /// @return  0 when it did; else the mesh is null, and `message` holds why (cut to message_size,
-///          ends with '\0'): 2 for want of memory, 1 for all else
+///          ends with '\0'): 2 for lack of memory, 1 for all else
 int amontons_cgal_tetrahedralise(const AmontonsCgalInput* input, AmontonsCgalMesh* mesh,
                                  char* message, int message_size);
 

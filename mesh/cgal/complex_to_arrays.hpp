@@ -15,7 +15,7 @@ namespace amontons {
 // Of a regular tetrahedron of edge 1: radii of the circles through its faces and of its sphere.
 constexpr double kFaceRadius = 0.57735026918962576, kCellRadius = 0.61237243569579452;
 
-/// A criterion of CGAL's: `factor` times the size that is asked for at a place.
+/// A criterion of CGAL's: `factor` times the size that is requested at a place.
 template <class Kernel, class Domain> struct SizeField {
     using FT = typename Kernel::FT;
     using Point_3 = typename Kernel::Point_3;

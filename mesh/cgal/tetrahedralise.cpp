@@ -81,7 +81,7 @@ int amontons_cgal_tetrahedralise(const AmontonsCgalInput* input, AmontonsCgalMes
                                  char* message, int message_size)
 {
     *mesh = AmontonsCgalMesh{};
-    const auto say = [&](const char* text) {
+    const auto set_message = [&](const char* text) {
         std::snprintf(message, static_cast<std::size_t>(message_size), "%s", text);
     };
     int code = 1;
@@ -92,12 +92,12 @@ int amontons_cgal_tetrahedralise(const AmontonsCgalInput* input, AmontonsCgalMes
             amontons::to_arrays(mesh_of(*input), *mesh);
         return 0;
     } catch (const std::bad_alloc&) {
-        say("not enough memory");
+        set_message("not enough memory");
         code = 2;
     } catch (const std::exception& error) {
-        say(error.what());
+        set_message(error.what());
     } catch (...) {
-        say("an unknown error of CGAL");
+        set_message("an unknown error of CGAL");
     }
     amontons_cgal_free(mesh);
     return code;

@@ -338,7 +338,7 @@ private:
 
     void read_element(std::string_view line)
     {
-        const bool goes_on = line.back() == ',';
+        const bool continues = line.back() == ',';
         if (record_.empty()) record_line_ = line_number_;
         while (!line.empty()) {
             const std::string_view field = next_field(line);
@@ -351,7 +351,7 @@ private:
             record_.push_back(value);
             if (record_.size() > 100) refuse_record();
         }
-        if (goes_on && (type_.nodes == 0 || record_.size() < type_.nodes + 1)) return;
+        if (continues && (type_.nodes == 0 || record_.size() < type_.nodes + 1)) return;
         if (record_.size() < 2 || (type_.nodes > 0 && record_.size() != type_.nodes + 1))
             refuse_record();
         const Label label = record_[0];

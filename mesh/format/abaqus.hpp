@@ -18,8 +18,8 @@ namespace amontons {
 /// @param file   as the user wrote it
 /// @param scale  of coordinates [m per unit]
 /// @throws InputError  if the file is damaged, has solid elements of other kinds, or none. The
-///                     format has no end mark: a file cut off between two lines cannot be reported
-///                     from a shorter one.
+///                     format has no end mark: a file cut off between two lines cannot be
+///                     distinguished from a shorter one.
 /// Source of the faces' numbers: CalculiX's manual, "Facial distributed loading".
 VolumeFile parse_abaqus(std::string_view text, const std::string& file, double scale = 1);
 

@@ -6,7 +6,7 @@
 #include <cstring>
 #include <string>
 
-// Numbers in binary files, whose byte order is theirs and not this machine's.
+// Numbers in binary files, in the byte order of the file, not of this machine.
 
 namespace amontons {
 

@@ -2,7 +2,7 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/limits.hpp"
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <charconv>

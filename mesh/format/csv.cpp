@@ -1,8 +1,8 @@
 #include "mesh/format/csv.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/format/polygon.hpp"
 #include "mesh/format/polyline_builder.hpp"
-#include "mesh/format/text.hpp"
 #include "mesh/size_field.hpp"
 
 #include <algorithm>

@@ -23,6 +23,7 @@ Polyline parse_centreline_csv(std::string_view text, const std::string& file, do
 /// Points with an element size each, from text as that of a centreline: columns x, y, z, size, or,
 /// without a column of that name, the radius of a centreline.
 /// @throws InputError  naming the lines; if there is no place, or no size
+/// @param scale  > 0, of the file's lengths [m per unit]
 std::vector<SizeSource> parse_size_field_csv(std::string_view text, const std::string& file,
                                              double scale = 1);
 

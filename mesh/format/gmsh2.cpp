@@ -135,7 +135,7 @@ private:
     VolumeBuilder& builder_;
     GmshNames names_;
     GmshCells cells_;
-    std::pair<int, std::int64_t> last_key_{-1, 0}; // of the group that was looked up last
+    std::pair<int, std::int64_t> last_key_{-1, 0}; // of the last group that was searched for
     std::size_t last_group_ = 0;
     int solid_groups_ = 0; // changes of it: more than one group if above 1
 };

@@ -134,7 +134,7 @@ int gmsh_face_type(ElementKind kind);
 /// Gmsh's type number of a point.
 constexpr int kGmshPoint = 15;
 
-/// From Gmsh's order of nodes to ours, and back: only a T10's last two differ.
+/// From Gmsh's order of nodes to that of VolumeMesh, and back: only a T10's last two differ.
 template <class Node> void swap_gmsh_order(std::span<Node> nodes)
 {
     if (nodes.size() == 10) std::swap(nodes[8], nodes[9]);
@@ -143,7 +143,7 @@ template <class Node> void swap_gmsh_order(std::span<Node> nodes)
 /// Names of physical groups, by dimension and number.
 using GmshNames = std::map<std::pair<std::int64_t, std::int64_t>, std::string>;
 
-/// Adds one cell to the builder and to its groups. Solids of a kind that is not ours are counted in
+/// Adds one cell to the builder and to its groups. Solids other than T4, T10 and H8 are counted in
 /// `unsupported`.
 class GmshCells {
 public:

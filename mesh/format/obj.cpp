@@ -1,7 +1,7 @@
 #include "mesh/format/obj.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/format/polygon.hpp"
-#include "mesh/format/text.hpp"
 
 #include <limits>
 

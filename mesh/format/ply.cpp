@@ -1,8 +1,8 @@
 #include "mesh/format/ply.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/format/byte_order.hpp"
 #include "mesh/format/polygon.hpp"
-#include "mesh/format/text.hpp"
 
 #include <cmath>
 #include <limits>

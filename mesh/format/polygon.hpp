@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/surface_mesh.hpp"
 
 #include <cstdint>
@@ -16,7 +16,7 @@ struct PolygonList {
     std::vector<std::size_t> places;   ///< where each face stands in the file
 };
 
-/// How messages speak about the faces of a format.
+/// Names of the faces of a format in messages.
 struct FaceWords {
     const char* place = "line";   ///< what PolygonList::places counts
     std::int64_t first_index = 0; ///< of the first vertex, as the format counts

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/polyline.hpp"
 
 #include <optional>

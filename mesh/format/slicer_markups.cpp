@@ -1,7 +1,7 @@
 #include "mesh/format/slicer_markups.hpp"
 
+#include "mesh/base/text.hpp"
 #include "mesh/format/polyline_builder.hpp"
-#include "mesh/format/text.hpp"
 
 #include <nlohmann/json.hpp>
 

@@ -307,28 +307,31 @@ void VolumeBuilder::build_elements_(VolumeMesh& mesh, const LabelMap& nodes)
 void VolumeBuilder::match_facets_(VolumeMesh& mesh, const std::vector<Facet>& facets,
                                   const std::vector<std::string>& names)
 {
-    struct Wanted {
+    struct SearchedFace {
         std::array<std::int32_t, 4> corners;
         std::array<FaceRef, 2> faces;
         int count;
     };
-    std::vector<Wanted> wanted;
+    std::vector<SearchedFace> searched;
     std::vector<bool> near(mesh.nodes.size()); // nodes of facets: most faces have others
     for (const Facet& f : facets) {
-        wanted.push_back({sorted_corners(f.corners), {}, 0});
+        searched.push_back({sorted_corners(f.corners), {}, 0});
         for (const std::int32_t c : f.corners)
             if (c >= 0) near[static_cast<std::size_t>(c)] = true;
     }
-    const auto by_corners = [](const Wanted& a, const Wanted& b) { return a.corners < b.corners; };
-    std::sort(wanted.begin(), wanted.end(), by_corners);
-    wanted.erase(
-        std::unique(wanted.begin(), wanted.end(),
-                    [](const Wanted& a, const Wanted& b) { return a.corners == b.corners; }),
-        wanted.end());
-    const auto find = [&](const std::array<std::int32_t, 4>& sorted) -> Wanted* {
-        const auto at =
-            std::lower_bound(wanted.begin(), wanted.end(), Wanted{sorted, {}, 0}, by_corners);
-        return at != wanted.end() && at->corners == sorted ? &*at : nullptr;
+    const auto by_corners = [](const SearchedFace& a, const SearchedFace& b) {
+        return a.corners < b.corners;
+    };
+    std::sort(searched.begin(), searched.end(), by_corners);
+    searched.erase(std::unique(searched.begin(), searched.end(),
+                               [](const SearchedFace& a, const SearchedFace& b) {
+                                   return a.corners == b.corners;
+                               }),
+                   searched.end());
+    const auto find = [&](const std::array<std::int32_t, 4>& sorted) -> SearchedFace* {
+        const auto at = std::lower_bound(searched.begin(), searched.end(),
+                                         SearchedFace{sorted, {}, 0}, by_corners);
+        return at != searched.end() && at->corners == sorted ? &*at : nullptr;
     };
     for_each_element(mesh, [&](std::int32_t e, ElementKind kind, auto nodes) {
         for (std::size_t f = 0; f < shape_of(kind).faces.size(); ++f) {
@@ -340,7 +343,7 @@ void VolumeBuilder::match_facets_(VolumeMesh& mesh, const std::vector<Facet>& fa
                 all_near = near[static_cast<std::size_t>(corners[i])];
             }
             if (!all_near) continue;
-            Wanted* const w = find(sorted_corners(corners));
+            SearchedFace* const w = find(sorted_corners(corners));
             if (w && w->count < 2)
                 w->faces[static_cast<std::size_t>(w->count++)] = {e, static_cast<std::int32_t>(f)};
         }
@@ -351,7 +354,7 @@ void VolumeBuilder::match_facets_(VolumeMesh& mesh, const std::vector<Facet>& fa
     std::vector<std::size_t> missing(names.size());
     for (const Facet& f : facets) {
         auto& members = members_of(mesh.face_sets, set_names, names[f.set]);
-        const Wanted* const w = find(sorted_corners(f.corners));
+        const SearchedFace* const w = find(sorted_corners(f.corners));
         if (w->count == 0)
             ++missing[f.set];
         else // between two elements: of the one from which it points outwards

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/volume_mesh.hpp"
 
 #include <map>
@@ -35,7 +35,7 @@ private:
 };
 
 /// What readers of all formats share: nodes and cells as a file gives them, in any order and by
-/// any numbers, become a VolumeMesh. Cells of two dimensions are faces of elements, looked up by
+/// any numbers, become a VolumeMesh. Cells of two dimensions are faces of elements, found by
 /// their corners; of cells of one or no dimension the nodes count.
 class VolumeBuilder {
 public:

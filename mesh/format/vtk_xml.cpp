@@ -410,20 +410,21 @@ private:
         std::string out;
         for (std::uint64_t b = 0; b < blocks; ++b) {
             const std::string in = stream.take(packed[static_cast<std::size_t>(b)]);
-            const std::uint64_t wanted = b + 1 == blocks && last > 0 ? last : whole;
-            if (in.size() < packed[static_cast<std::size_t>(b)] || wanted > in.size() * kMostRatio)
+            const std::uint64_t expected = b + 1 == blocks && last > 0 ? last : whole;
+            if (in.size() < packed[static_cast<std::size_t>(b)] ||
+                expected > in.size() * kMostRatio)
                 refuse("a block of " + std::to_string(in.size()) + " bytes",
                        std::to_string(packed[static_cast<std::size_t>(b)]) + " bytes that hold " +
-                           std::to_string(wanted));
+                           std::to_string(expected));
             const std::size_t start = out.size();
-            out.resize(start + static_cast<std::size_t>(wanted));
-            auto length = static_cast<uLongf>(wanted);
+            out.resize(start + static_cast<std::size_t>(expected));
+            auto length = static_cast<uLongf>(expected);
             const int status = ::uncompress(reinterpret_cast<Bytef*>(out.data() + start), &length,
                                             reinterpret_cast<const Bytef*>(in.data()),
                                             static_cast<uLong>(in.size()));
-            if (status != Z_OK || length != wanted)
+            if (status != Z_OK || length != expected)
                 refuse("a block that zlib cannot read",
-                       "a block of " + std::to_string(wanted) + " bytes, compressed");
+                       "a block of " + std::to_string(expected) + " bytes, compressed");
         }
         return out;
     }

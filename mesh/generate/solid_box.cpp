@@ -1,7 +1,7 @@
 #include "mesh/generate/solid_box.hpp"
 
 #include "mesh/base/error.hpp"
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/split_elements.hpp"
 
 #include <algorithm>

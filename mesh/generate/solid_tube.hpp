@@ -29,6 +29,7 @@ public:
     TubeFrame(const Centreline& line, std::int32_t parts);
     /// The first vector of the frame there.
     /// @param tangent  of the line at arc length s
+    /// @param s  [m]
     Vec3 across(double s, const Vec3& tangent) const;
 
 private:

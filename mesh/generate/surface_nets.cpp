@@ -15,7 +15,7 @@ namespace amontons {
 namespace {
 
 constexpr int kNetBlock = 4;    // cells along an edge of a block that is skipped or searched whole
-constexpr int kNetCube = 16;    // the same, where signs alone are asked for; whole blocks
+constexpr int kNetCube = 16;    // the same, where signs alone are requested; whole blocks
 constexpr int kNetSweeps = 2;   // of relaxation; more gain little
 constexpr double kMargin = 1.1; // functions that change a little faster than distance
 constexpr double kRelax = 0.6;
@@ -121,7 +121,8 @@ std::uint64_t cell_key(std::int64_t x, std::int64_t y, std::int64_t z)
            static_cast<std::uint64_t>(y + shift) << 21 | static_cast<std::uint64_t>(z + shift);
 }
 
-// The first node of the grid, which does not pass through the corners and planes a user thinks in.
+// The first node of the grid, so that it does not pass through round coordinates, where corners and
+// planes often lie.
 Vec3 net_origin(const Vec3& low, double edge)
 {
     return low - edge * Vec3{1.3137, 1.4241, 1.2713};
@@ -142,7 +143,7 @@ template <int cells> struct NetNodes { // along an edge, a power of two
 
     static int index(int i, int j, int k) { return kStride[0] * i + kStride[1] * j + k; }
     static double reach(double edge) { return kMargin * 0.5 * std::sqrt(3.0) * cells * edge; }
-    void forget() { std::fill(f.begin(), f.end(), std::numeric_limits<double>::quiet_NaN()); }
+    void clear() { std::fill(f.begin(), f.end(), std::numeric_limits<double>::quiet_NaN()); }
 };
 
 // Bits of the corners of a cell that are in the free space, given its first node.
@@ -233,7 +234,7 @@ SurfaceMesh surface_nets(const ImplicitSurface& surface, const Vec3& low, const 
                 if (part && !part(centre)) continue;
                 const double middle = surface.value(centre);
                 if (std::abs(middle) > reach) continue;
-                nodes.forget();
+                nodes.clear();
                 f[at(nodes.index(kNetBlock / 2, kNetBlock / 2, kNetBlock / 2))] = middle;
                 const auto value_at = [&](int i, int j, int k) {
                     return surface.value(corner + edge * Vec3{1.0 * i, 1.0 * j, 1.0 * k});
@@ -340,7 +341,7 @@ NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, con
     NetsPrediction found;
     std::unordered_set<std::uint64_t> joined[3]; // faces across each axis, by the cell behind them
     std::int32_t cube[3];
-    const auto look_at_cell = [&](int i, int j, int k) {
+    const auto visit_cell = [&](int i, int j, int k) {
         const unsigned inside = signs_of_cell<kNetCube>(&nodes.f[at(nodes.index(i, j, k))]);
         const CellSheets& sheets = cell_sheets(inside);
         found.euler += sheets.count;
@@ -358,14 +359,14 @@ NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, con
                 found.manifold = false;
         }
     };
-    const auto look_at = [&](int i, int j, int k) {
+    const auto visit = [&](int i, int j, int k) {
         for (int part = 0; part < 8; ++part)
-            look_at_cell(i + (part >> 2), j + (part >> 1 & 1), k + (part & 1));
+            visit_cell(i + (part >> 2), j + (part >> 1 & 1), k + (part & 1));
     };
     for (std::int32_t x = 0; x < cubes[0] && found.manifold; ++x)
         for (std::int32_t y = 0; y < cubes[1] && found.manifold; ++y)
             for (std::int32_t z = 0; z < cubes[2] && found.manifold; ++z) {
-                nodes.forget();
+                nodes.clear();
                 cube[0] = x;
                 cube[1] = y;
                 cube[2] = z;
@@ -379,7 +380,7 @@ NetsPrediction predict_nets(const ImplicitSurface& surface, const Vec3& low, con
                                                               1.0 * (j % kNetBlock),
                                                               1.0 * (k % kNetBlock)});
                 };
-                find_signs<kNetCube>(nodes, 0, 0, 0, nodes.reach(edge), value, look_at);
+                find_signs<kNetCube>(nodes, 0, 0, 0, nodes.reach(edge), value, visit);
             }
     return found;
 }

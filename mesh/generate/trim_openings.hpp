@@ -19,6 +19,7 @@ SurfaceMesh trim_openings(SurfaceMesh mesh, const ImplicitSurface& surface,
 /// How many triangles trim_openings() leaves of those of surface_nets(), without making others
 /// than those around the openings.
 /// @param all  triangles of surface_nets(surface, low, high, edge)
+/// @param edge  typical edge of the triangles [m]
 std::size_t count_trimmed(std::size_t all, const ImplicitSurface& surface, const Vec3& low,
                           const Vec3& high, const std::vector<Opening>& openings, double edge,
                           const std::vector<double>& reach);

@@ -1,7 +1,7 @@
 #include "mesh/generate/vessel.hpp"
 
 #include "mesh/base/error.hpp"
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 #include "mesh/generate/trim_openings.hpp"
 #include "mesh/generate/vessel_shape.hpp"
 
@@ -168,7 +168,7 @@ VesselShape vessel_shape(const VesselOptions& o, const std::vector<TakeOff>& roo
     return VesselShape{std::move(tubes), o.blend};
 }
 
-// A tube that continues must not open another one's wall: how far it may go.
+// A tube that continues must not open another one's wall: how far it may extend.
 void check_clear(const VesselOptions& o, const VesselShape& shape,
                  const std::vector<Opening>& openings, std::vector<double>& extension)
 {
@@ -265,7 +265,7 @@ SurfaceMesh make_triangles(const Stubs& s, double edge)
                          s.reach);
 }
 
-// Made when they are asked for; that they can be made is found out at once. Joined tubes are one
+// Made at first use; whether they can be made is checked at once. Joined tubes are one
 // part without handles, or branches grow into one another: then the handles stay, however small
 // the triangles are.
 VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double edge)
@@ -359,13 +359,12 @@ WallModel make_vessel(const VesselOptions& o)
     }
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
     const auto [mesh, count] = triangles_of(stubs, edge);
-    // From where nearest points of the wall are searched for: what joins there does no harm.
-    const Late<SurfaceMesh> seeds =
-        o.resolution > 0 ? Late<SurfaceMesh>{[stubs, fine] { return make_triangles(*stubs, fine); }}
-                         : mesh;
-
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    auto source = std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), seeds);
+    // The triangles that are shown, or where others are asked for, some that nobody sees.
+    VesselShape whole = vessel_shape(o, roots, extension);
+    auto source = o.resolution > 0
+                      ? std::make_unique<VesselDistance>(std::move(whole), stubs->low, fine)
+                      : std::make_unique<VesselDistance>(std::move(whole), mesh);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
     Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
     axes.col(2) = o.axis.normalized();

@@ -43,7 +43,7 @@ std::vector<VesselBranch> default_branches();
 /// The free space inside the vessel. Its openings are "inlet" and one by the name of each
 /// branch; beyond an opening the wall (not the triangles) continues straight.
 /// @throws InputError  with every field that is out of range
-/// Cost: 10 ms for the default; its triangles, 0.1 s more, are made when they are asked for, and
+/// Cost: 10 ms for the default; its triangles, 0.1 s more, are made at first use, and
 /// the wall is sampled while it is used.
 WallModel make_vessel(const VesselOptions& options);
 

@@ -6,6 +6,7 @@
 #include <array>
 #include <cmath>
 #include <limits>
+#include <memory>
 #include <numbers>
 
 namespace amontons {
@@ -113,11 +114,32 @@ VesselDistance::VesselDistance(VesselShape shape, Late<SurfaceMesh> surface)
 {
 }
 
-// Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
-double VesselDistance::near_junction_(const Vec3& x, double sign, Near& near) const
+VesselDistance::VesselDistance(VesselShape shape, const Vec3& origin, double edge)
+    : shape_{std::move(shape)}
+    , tree_{std::function<BoundingTree()>{}}
 {
-    const NearestTriangle seed = tree_->nearest(x, near.triangle, kSlack);
-    near.triangle = seed.triangle;
+    const auto surface = [this] {
+        const auto hints = std::make_shared<VesselShape::Hints>(shape_.no_hints());
+        return ImplicitSurface{
+            [this, hints](const Vec3& x) { return shape_.value(x, *hints); },
+            [this, hints](const Vec3& x) { return shape_.project(x, *hints); }};
+    };
+    seeds_.emplace(surface, origin, edge);
+}
+
+// Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
+// @param value  of F at x
+double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) const
+{
+    const double sign = value > 0 ? 1.0 : -1.0;
+    NearestTriangle seed;
+    if (seeds_) {
+        seed = seeds_->nearest(x, std::abs(value) + shape_.blend_width(), kSlack, near.seeds);
+        if (seed.triangle < 0) return value; // no wall is near
+    } else {
+        seed = tree_->nearest(x, near.triangle, kSlack);
+        near.triangle = seed.triangle;
+    }
     const double seed_distance = std::sqrt(seed.squared);
     Vec3 p = seed.at.point;
     ImplicitSample s = shape_.sample(p, near.hints);
@@ -149,7 +171,7 @@ double VesselDistance::near_junction_(const Vec3& x, double sign, Near& near) co
 
 double VesselDistance::distance(const Vec3& x) const
 {
-    Near near{-1, shape_.no_hints()};
+    Near near{-1, {}, shape_.no_hints()};
     return distance_(x, std::numeric_limits<double>::infinity(), near);
 }
 
@@ -172,7 +194,7 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     }
     if (std::abs(f) > band) return f;
     if (second > f - k)
-        return near_junction_(x, shape_.value(x, near.hints) > 0 ? 1.0 : -1.0, near);
+        return near_junction_(x, shape_.value(x, near.hints), near);
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
@@ -180,7 +202,7 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
         if (tubes[i].distance(foot, near.hints[i]) > -k)
-            return near_junction_(x, f > 0 ? 1.0 : -1.0, near);
+            return near_junction_(x, f, near);
     }
     return f;
 }
@@ -206,7 +228,7 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     // The reasons of `distance`, for all points of the cube at once.
     const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
                        second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();
-    Near near{-1, shape_.no_hints()};
+    Near near{-1, {}, shape_.no_hints()};
     WallHint hint;
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)

@@ -3,9 +3,11 @@
 #include "mesh/base/late.hpp"
 #include "mesh/bounding_tree.hpp"
 #include "mesh/distance_field.hpp"
+#include "mesh/generate/wall_seeds.hpp"
 #include "mesh/swept_tube.hpp"
 
 #include <algorithm>
+#include <optional>
 #include <vector>
 
 namespace amontons {
@@ -17,7 +19,7 @@ struct ImplicitSample {
     Mat3 hessian = Mat3::Zero();  ///< [1/m]
 };
 
-/// The free space of several tubes joined into one, the edges where they meet rounded.
+/// The free space of several tubes joined into one, the edges between them rounded.
 ///
 /// With f_i the distances of the tubes, two values closer than k are joined by
 ///   max(a, b) + (k - |a - b|)^2 / (4 k),  k = sqrt(2) times the blend radius,
@@ -68,11 +70,16 @@ private:
 
 /// The true signed distance to a vessel's wall: the distance of one tube where no other has a
 /// part in it, else the nearest point by Newton's method on (p - x + mu grad F, F), begun at
-/// the nearest point of a triangulated surface.
+/// the nearest point of triangles.
 class VesselDistance : public DistanceSource {
 public:
     /// @param surface  triangles of the shape's wall, vertices on it
     VesselDistance(VesselShape shape, Late<SurfaceMesh> surface);
+    /// With triangles of its own, made where they are needed.
+    /// @param edge  of them [m]
+    VesselDistance(VesselShape shape, const Vec3& origin, double edge);
+    VesselDistance(const VesselDistance&) = delete;
+    VesselDistance& operator=(const VesselDistance&) = delete;
 
     /// Farther from the wall than 12 steps the distance may be too small beside a junction.
     void sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const override;
@@ -84,13 +91,16 @@ private:
     /// Of the last point, which is probably near; it changes no result.
     struct Near {
         std::int32_t triangle = -1;
+        WallSeeds::Near seeds;
         VesselShape::Hints hints;
     };
     double distance_(const Vec3& x, double band, Near& near) const;
-    double near_junction_(const Vec3& x, double sign, Near& near) const;
+    double near_junction_(const Vec3& x, double value, Near& near) const;
 
     VesselShape shape_;
-    Late<BoundingTree> tree_; ///< beside a junction alone
+    // Beside a junction alone: of all the surface, or of parts.
+    Late<BoundingTree> tree_;
+    std::optional<WallSeeds> seeds_;
 };
 
 } // namespace amontons

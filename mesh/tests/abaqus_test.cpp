@@ -125,10 +125,10 @@ TEST_CASE("inp: each face S1 and S2 and so on has the nodes of the manual's tabl
             const FaceNodes face =
                 face_nodes(mesh, find_set(mesh.face_sets, "here")->members.at(0));
             std::set<std::int32_t> found(face.node.begin(), face.node.begin() + face.corners),
-                wanted;
+                expected;
             for (const int n : table[f])
-                wanted.insert(mesh.blocks[0].nodes[static_cast<std::size_t>(n - 1)]);
-            CHECK(found == wanted);
+                expected.insert(mesh.blocks[0].nodes[static_cast<std::size_t>(n - 1)]);
+            CHECK(found == expected);
         }
     }
 }

@@ -130,7 +130,7 @@ TEST_CASE("normal and Hessian are the derivatives of the field also across block
     }
 }
 
-TEST_CASE("neither hints nor what was asked before change a bit of an answer")
+TEST_CASE("neither hints nor earlier queries change a bit of a result")
 {
     const auto f = [](const Vec3& x) { return 1 - x.norm(); };
     const DistanceField forward = field(f, 0.25), backward = field(f, 0.25);
@@ -246,13 +246,13 @@ TEST_CASE("views of one field give its bits on any thread, and sample once")
     const DistanceField other = first.share();
     CHECK(answers(other) == expected);
     CHECK(other.memory() == memory);
-    DistanceField gone = made(shared);
-    const DistanceField left = gone.share();
-    gone = made(alone); // the first view passes, what it shared stays
+    DistanceField dropped = made(shared);
+    const DistanceField left = dropped.share();
+    dropped = made(alone); // the first view passes, what it shared stays
     CHECK(answers(left) == expected);
 }
 
-TEST_CASE("threads and samples that an earlier run has left change no bit of an answer")
+TEST_CASE("threads and samples that an earlier run has left change no bit of a result")
 {
     const TemporaryFolder folder;
     const std::string cache = folder / "cache";
@@ -294,7 +294,8 @@ TEST_CASE("threads and samples that an earlier run has left change no bit of an 
     CHECK(wall.keep()[0].find("ignored: damaged") != std::string::npos);
 }
 
-TEST_CASE("with more threads than one, samples are taken ahead of a point that moves and no bit changes")
+TEST_CASE(
+    "with more threads than one, samples are taken ahead of a point that moves and no bit changes")
 {
     const auto along = [](const DistanceField& wall, double to) {
         std::vector<double> found;

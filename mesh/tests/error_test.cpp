@@ -24,7 +24,7 @@ TEST_CASE("a slip of the keyboard finds the name that was meant")
     CHECK(nearest_name("title", names) == "title");
 }
 
-TEST_CASE("a word that means nothing gets no name")
+TEST_CASE("a word that resembles no name gets no suggestion")
 {
     CHECK(nearest_name("colour", {"friction", "between"}) == "");
     CHECK(nearest_name("", {"friction"}) == "");
@@ -40,7 +40,7 @@ TEST_CASE("an input error states the file and place and what was found and allow
     CHECK(e.issues().size() == 2);
 }
 
-TEST_CASE("foreign bytes are shown and not sent to the terminal")
+TEST_CASE("bytes of no character are written as escapes and not sent to the terminal")
 {
     CHECK(quoted_text("vertex") == "\"vertex\"");
     CHECK(quoted_text("a\x1b[2J\n") == "\"a\\x1b[2J\\x0a\"");

@@ -49,7 +49,8 @@ std::string refusal_of_another(const std::string& folder)
 
 } // namespace
 
-TEST_CASE("a folder is of one process: the next hears whose, and has it when that ends")
+TEST_CASE("a folder belongs to one process: the next is refused with its name, and gets the folder "
+          "when that ends")
 {
     const Folder folder;
     {

@@ -346,7 +346,7 @@ TEST_CASE("a damaged PLY states where and what")
     CHECK(with("element face 1", "element face 0").find("after the last") != std::string::npos);
 }
 
-TEST_CASE("sizes that a file cannot hold are refused before memory is asked for")
+TEST_CASE("sizes that a file cannot hold are refused before memory is allocated")
 {
     const std::string head = kPlyHeader;
     const auto with = [](std::string text, const char* what, const char* by) {

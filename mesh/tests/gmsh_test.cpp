@@ -49,7 +49,8 @@ const std::string kText2 = "$MeshFormat\n2.2 0 8\n$EndMeshFormat\n"
 
 } // namespace
 
-TEST_CASE("msh 2.2: groups become sets and inner faces belong to the side they look from")
+TEST_CASE(
+    "msh 2.2: groups become sets and inner faces belong to the side from which they are oriented")
 {
     const VolumeFile file = parse_gmsh(kText2, "f");
     const VolumeMesh& mesh = file.mesh;

@@ -9,7 +9,7 @@
 
 using namespace amontons;
 
-TEST_CASE("a late value is made when it is asked for, once for all threads and copies")
+TEST_CASE("a late value is made when it is first used, once for all threads and copies")
 {
     std::atomic<int> made{0};
     const Late<std::vector<int>> late{[&] {
@@ -31,17 +31,17 @@ TEST_CASE("a late value is made when it is asked for, once for all threads and c
     CHECK(*late == std::vector<int>{1, 2, 3});
 }
 
-TEST_CASE("a late value that could not be made is made when it is asked for again")
+TEST_CASE("a late value that could not be made is made when it is used again")
 {
-    int asked = 0;
+    int calls = 0;
     const Late<int> late{[&] {
-        if (++asked == 1) throw std::runtime_error("not yet");
+        if (++calls == 1) throw std::runtime_error("not yet");
         return 7;
     }};
     CHECK_THROWS_AS(*late, std::runtime_error);
     CHECK(*late == 7);
     CHECK(*late == 7);
-    CHECK(asked == 2);
+    CHECK(calls == 2);
 }
 
 TEST_CASE("a late value may be there from the start")

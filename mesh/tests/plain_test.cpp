@@ -34,7 +34,7 @@ TEST_CASE("plain text: what is written reads back bit by bit")
         check_same(again(sample.mesh), sample.mesh);
 }
 
-TEST_CASE("plain text: counted from 0 or from 1 and what cannot be reported is asked for")
+TEST_CASE("plain text: counted from 0 or from 1, and what cannot be determined must be specified")
 {
     CHECK(read("0 1 2 3").blocks[0].nodes == std::vector<std::int32_t>{0, 1, 2, 3});
     CHECK(read("1 2 3 4").blocks[0].nodes == std::vector<std::int32_t>{0, 1, 2, 3});
@@ -63,7 +63,7 @@ TEST_CASE(
 {
     const PlainText text = plain_text(mesh_with_sets());
     const VolumeMesh whole = mesh_with_sets();
-    const auto look = [&](const std::string& nodes, const std::string& elements, char last) {
+    const auto check = [&](const std::string& nodes, const std::string& elements, char last) {
         try {
             const VolumeFile part = parse_plain(nodes, elements, "n", "e");
             CHECK(element_count(part.mesh) <= element_count(whole));
@@ -74,14 +74,14 @@ TEST_CASE(
         }
     };
     for (std::size_t n = 1; n < text.nodes.size(); ++n)
-        look(text.nodes.substr(0, n), text.elements, text.nodes[n - 1]);
+        check(text.nodes.substr(0, n), text.elements, text.nodes[n - 1]);
     for (std::size_t n = 1; n < text.elements.size(); ++n)
-        look(text.nodes, text.elements.substr(0, n), text.elements[n - 1]);
+        check(text.nodes, text.elements.substr(0, n), text.elements[n - 1]);
     CHECK(parse_plain(text.nodes, text.elements, "n", "e").cut.empty());
     CHECK(parse_plain(kPlainNodes, "0 1 2 3", "n", "e").cut == "e");
 }
 
-TEST_CASE("damaged plain text specifies where and what")
+TEST_CASE("damaged plain text is reported with its place")
 {
     CHECK(plain_refusal("", "0 1 2 3") == "n: found no node, allowed: lines of x y z");
     CHECK(plain_refusal("0 0 0\n1 x 0\n1 0\n1 2 3 4\n", "") ==

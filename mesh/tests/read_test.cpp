@@ -1,4 +1,4 @@
-#include "mesh/read.hpp"
+#include "mesh/format/read.hpp"
 
 #include "mesh/base/file.hpp"
 #include "mesh/format/csv.hpp"
@@ -80,13 +80,13 @@ TEST_CASE("vertices at one place are merged in every format")
 
 TEST_CASE(".vtp is passed to the reader that is handed in")
 {
-    std::string asked;
+    std::string requested;
     const VtpReader vtp = [&](const std::string& path) {
-        asked = path;
+        requested = path;
         return unit_cube();
     };
     CHECK(read_surface("a/b.vtp", 3, vtp).points == moved(unit_cube(), 3, Vec3::Zero()).points);
-    CHECK(asked == "a/b.vtp");
+    CHECK(requested == "a/b.vtp");
     CHECK(refusal([] { read_surface("a.vtp", 1); }).find("no VTK module") != std::string::npos);
     const VtpReader bad = [&](const std::string&) {
         SurfaceMesh mesh = unit_cube();

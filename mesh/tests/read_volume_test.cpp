@@ -1,4 +1,4 @@
-#include "mesh/read_volume.hpp"
+#include "mesh/format/read_volume.hpp"
 
 #include "mesh/base/file.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
@@ -9,7 +9,7 @@
 
 using namespace amontons;
 
-TEST_CASE("solids: the suffix specifies the format and sets and scale survive every way round")
+TEST_CASE("solids: the suffix specifies the format, and sets and scale survive every conversion")
 {
     const TemporaryFolder folder;
     const VolumeMesh mesh = mesh_with_sets();

@@ -24,7 +24,7 @@ void check_whole_cube(const SurfaceMesh& mesh)
 
 } // namespace
 
-TEST_CASE("repair leaves a good surface as it is and gives no information")
+TEST_CASE("repair leaves a good surface as it is and reports nothing")
 {
     SurfaceMesh cube = unit_cube();
     const auto before = cube.triangles;
@@ -32,7 +32,7 @@ TEST_CASE("repair leaves a good surface as it is and gives no information")
     CHECK(cube.triangles == before);
 }
 
-TEST_CASE("vertices nearer than rounding become one and unused ones go")
+TEST_CASE("vertices nearer than rounding become one and unused ones are removed")
 {
     SurfaceMesh cube = unit_cube();
     cube.points.push_back(cube.points[6] + Vec3(1e-10, 0, 0)); // used by one triangle
@@ -45,7 +45,7 @@ TEST_CASE("vertices nearer than rounding become one and unused ones go")
     check_whole_cube(cube);
 }
 
-TEST_CASE("collapsed and repeated triangles go")
+TEST_CASE("collapsed and repeated triangles are removed")
 {
     SurfaceMesh cube = unit_cube();
     cube.triangles.push_back({0, 0, 1});
@@ -121,7 +121,7 @@ TEST_CASE("each part faces outwards but inwards where it is a cavity of another"
     CHECK(enclosed_volume(two) == doctest::Approx(1.125));
 }
 
-TEST_CASE("two triangles back to back that enclose nothing both go")
+TEST_CASE("two triangles back to back that enclose nothing are both removed")
 {
     // Beside the body, on an edge of it, and two of them that make a square.
     for (const std::vector<std::array<std::int32_t, 3>>& sheet :

@@ -19,7 +19,7 @@ std::int64_t count(const SurfaceMesh& mesh)
 }
 
 /// Two triangles; those corners of the second that are at a place of the first are shared.
-bool meet(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b)
+bool touch(const std::array<Vec3, 3>& a, const std::array<Vec3, 3>& b)
 {
     SurfaceMesh mesh;
     mesh.points.assign(a.begin(), a.end());
@@ -70,42 +70,43 @@ TEST_CASE("the side of a plane is exact where double precision is not")
 
 TEST_CASE("triangles without a common vertex: through or touching or apart")
 {
-    CHECK(meet(kBase, {Vec3(1, 1, -1), Vec3(1, 1, 1), Vec3(9, 9, 0.5)}));    // through the inside
-    CHECK(meet(kBase, {Vec3(1, 1, 0), Vec3(1, 1, 5), Vec3(2, 1, 5)}));       // vertex on the face
-    CHECK(meet(kBase, {Vec3(2, 2, 0), Vec3(5, 5, 5), Vec3(6, 5, 5)}));       // vertex on an edge
-    CHECK(meet(kBase, {Vec3(2, -1, 0), Vec3(2, 5, 0), Vec3(2, 2, 5)}));      // edge in the face
-    CHECK(meet(kBase, {Vec3(1, 1, 0), Vec3(2, 1, 0), Vec3(1, 2, 0)}));       // inside, in one plane
-    CHECK(meet(kBase, {Vec3(-9, -9, 0), Vec3(30, -9, 0), Vec3(-9, 30, 0)})); // around, in one plane
-    CHECK(meet(kBase, {Vec3(1, -1, 0), Vec3(1, 9, 0), Vec3(9, 9, 0)}));      // across, in one plane
-    CHECK(!meet(kBase, {Vec3(1, 1, 1e-300), Vec3(2, 1, 1), Vec3(1, 2, 1)}));
-    CHECK(!meet(kBase, {Vec3(3, 3, -1), Vec3(3, 3, 1), Vec3(9, 9, 0)})); // beside
-    CHECK(!meet(kBase, {Vec3(5, 0, 0), Vec3(9, 0, 0), Vec3(5, 4, 0)}));  // beside, in one plane
-    CHECK(!meet(kBase, {Vec3(2, 2.1, 0), Vec3(4, 4, 0), Vec3(2, 4, 0)}));
+    CHECK(touch(kBase, {Vec3(1, 1, -1), Vec3(1, 1, 1), Vec3(9, 9, 0.5)})); // through the inside
+    CHECK(touch(kBase, {Vec3(1, 1, 0), Vec3(1, 1, 5), Vec3(2, 1, 5)}));    // vertex on the face
+    CHECK(touch(kBase, {Vec3(2, 2, 0), Vec3(5, 5, 5), Vec3(6, 5, 5)}));    // vertex on an edge
+    CHECK(touch(kBase, {Vec3(2, -1, 0), Vec3(2, 5, 0), Vec3(2, 2, 5)}));   // edge in the face
+    CHECK(touch(kBase, {Vec3(1, 1, 0), Vec3(2, 1, 0), Vec3(1, 2, 0)}));    // inside, in one plane
+    CHECK(
+        touch(kBase, {Vec3(-9, -9, 0), Vec3(30, -9, 0), Vec3(-9, 30, 0)})); // around, in one plane
+    CHECK(touch(kBase, {Vec3(1, -1, 0), Vec3(1, 9, 0), Vec3(9, 9, 0)}));    // across, in one plane
+    CHECK(!touch(kBase, {Vec3(1, 1, 1e-300), Vec3(2, 1, 1), Vec3(1, 2, 1)}));
+    CHECK(!touch(kBase, {Vec3(3, 3, -1), Vec3(3, 3, 1), Vec3(9, 9, 0)})); // beside
+    CHECK(!touch(kBase, {Vec3(5, 0, 0), Vec3(9, 0, 0), Vec3(5, 4, 0)}));  // beside, in one plane
+    CHECK(!touch(kBase, {Vec3(2, 2.1, 0), Vec3(4, 4, 0), Vec3(2, 4, 0)}));
 }
 
-TEST_CASE("triangles with one common vertex meet there only or not only there")
+TEST_CASE("triangles with one common vertex touch there only or not only there")
 {
     const Vec3 o = kBase[0];
-    CHECK(!meet(kBase, {o, Vec3(-1, 0, 0), Vec3(0, -1, 0)})); // in one plane
-    CHECK(!meet(kBase, {o, Vec3(1, 1, 1), Vec3(2, 1, 1)}));
-    CHECK(!meet(kBase, {o, Vec3(0, 0, 1), Vec3(-1, -1, -1)}));
-    CHECK(meet(kBase, {o, Vec3(9, 9, 1), Vec3(9, 9, -1)})); // through, out at the far edge
-    CHECK(meet(kBase, {o, Vec3(1, 1, 1), Vec3(1, 1, -1)})); // through, ends inside
-    CHECK(meet(kBase, {o, Vec3(1, 1, 0), Vec3(1, 1, 5)}));  // an edge lies in the face
-    CHECK(meet(kBase, {o, Vec3(1, 1, 0), Vec3(1, 2, 0)}));  // in one plane, inside
-    CHECK(meet(kBase, {o, Vec3(9, 1, 0), Vec3(1, 9, 0)}));  // in one plane, wider
-    CHECK(meet(kBase, {o, Vec3(1, -1, 0), Vec3(1, 9, 0)})); // in one plane, across
-    CHECK(meet(kBase, {o, Vec3(2, 0, 0), Vec3(1, -1, 0)})); // along half an edge
+    CHECK(!touch(kBase, {o, Vec3(-1, 0, 0), Vec3(0, -1, 0)})); // in one plane
+    CHECK(!touch(kBase, {o, Vec3(1, 1, 1), Vec3(2, 1, 1)}));
+    CHECK(!touch(kBase, {o, Vec3(0, 0, 1), Vec3(-1, -1, -1)}));
+    CHECK(touch(kBase, {o, Vec3(9, 9, 1), Vec3(9, 9, -1)})); // through, out at the far edge
+    CHECK(touch(kBase, {o, Vec3(1, 1, 1), Vec3(1, 1, -1)})); // through, ends inside
+    CHECK(touch(kBase, {o, Vec3(1, 1, 0), Vec3(1, 1, 5)}));  // an edge lies in the face
+    CHECK(touch(kBase, {o, Vec3(1, 1, 0), Vec3(1, 2, 0)}));  // in one plane, inside
+    CHECK(touch(kBase, {o, Vec3(9, 1, 0), Vec3(1, 9, 0)}));  // in one plane, wider
+    CHECK(touch(kBase, {o, Vec3(1, -1, 0), Vec3(1, 9, 0)})); // in one plane, across
+    CHECK(touch(kBase, {o, Vec3(2, 0, 0), Vec3(1, -1, 0)})); // along half an edge
 }
 
-TEST_CASE("triangles with a common edge meet elsewhere only when folded flat")
+TEST_CASE("triangles with a common edge touch elsewhere only when folded flat")
 {
-    CHECK(!meet(kBase, {kBase[0], kBase[1], Vec3(1, -1, 0)})); // flat
-    CHECK(!meet(kBase, {kBase[1], kBase[0], Vec3(1, 1, 1)}));
-    CHECK(!meet(kBase, {kBase[1], kBase[0], Vec3(1, 1, 1e-300)})); // almost folded
-    CHECK(meet(kBase, {kBase[1], kBase[0], Vec3(1, 1, 0)}));
-    CHECK(meet(kBase, {kBase[1], kBase[0], Vec3(9, 9, 0)}));
-    CHECK(meet(kBase, {kBase[1], kBase[2], kBase[0]})); // the same triangle twice
+    CHECK(!touch(kBase, {kBase[0], kBase[1], Vec3(1, -1, 0)})); // flat
+    CHECK(!touch(kBase, {kBase[1], kBase[0], Vec3(1, 1, 1)}));
+    CHECK(!touch(kBase, {kBase[1], kBase[0], Vec3(1, 1, 1e-300)})); // almost folded
+    CHECK(touch(kBase, {kBase[1], kBase[0], Vec3(1, 1, 0)}));
+    CHECK(touch(kBase, {kBase[1], kBase[0], Vec3(9, 9, 0)}));
+    CHECK(touch(kBase, {kBase[1], kBase[2], kBase[0]})); // the same triangle twice
 }
 
 TEST_CASE("good surfaces have no self-intersection at any scale and in any position")

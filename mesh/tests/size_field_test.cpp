@@ -57,7 +57,7 @@ TEST_CASE("1 / size^3 integrates to volume / size^3 and to the closed form of on
           doctest::Approx(ball + rest).epsilon(0.01));
 }
 
-TEST_CASE("slender bodies are counted whichever way they lie")
+TEST_CASE("slender bodies are counted in any orientation")
 {
     const double width = 0.001, length = 0.15;
     SurfaceMesh rod = unit_cube();

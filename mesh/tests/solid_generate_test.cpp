@@ -154,7 +154,7 @@ TEST_CASE("hexahedra of any numbering are cut into tetrahedra that fit")
     }
 }
 
-TEST_CASE("generators name every number that is out of range")
+TEST_CASE("generators report every number that is out of range")
 {
     SolidBoxOptions box;
     box.highest = {1, -1, 1};

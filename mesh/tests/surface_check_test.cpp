@@ -1,7 +1,7 @@
 #include "mesh/surface_check.hpp"
 
+#include "mesh/format/read.hpp"
 #include "mesh/orient_surface.hpp"
-#include "mesh/read.hpp"
 #include "mesh/tests/sample_surfaces.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "mesh/weld.hpp"
@@ -42,7 +42,7 @@ SurfaceMesh moebius_strip(int n)
 
 } // namespace
 
-TEST_CASE("a cube has nothing odd about it")
+TEST_CASE("a cube has no defects")
 {
     const SurfaceReport r = check_surface(unit_cube());
     CHECK(r.closed());
@@ -228,7 +228,7 @@ TEST_CASE("welding closes a soup of triangles whatever the sign of zero")
     CHECK(soup.triangles == cube.triangles);
 }
 
-TEST_CASE("of many faults the first are named and the rest counted")
+TEST_CASE("of many faults the first are listed and the rest counted")
 {
     SurfaceMesh mesh = unit_cube();
     for (int i = 0; i < 10; ++i)

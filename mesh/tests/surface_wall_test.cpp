@@ -1,11 +1,11 @@
 #include "mesh/surface_wall.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/format/read.hpp"
 #include "mesh/generate/ball.hpp"
 #include "mesh/generate/tube.hpp"
 #include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
-#include "mesh/read.hpp"
 #include "mesh/smooth_surface.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "mesh/tests/wall_checks.hpp"
@@ -171,7 +171,7 @@ TEST_CASE("a wall that is turned and shifted gives the same distances, normals a
     const auto check = [&](const WallModel& here, const WallModel& moved, const SurfaceMesh& mesh) {
         // Where two places of the wall are equally near, rounding decides which is taken.
         const double size = mesh_size(mesh);
-        int looked_at = 0, other = 0;
+        int visited = 0, other = 0;
         double distance = 0, normal = 0;
         for (const Vec3& p : mesh.points) {
             WallHint hint, hint_there;
@@ -181,14 +181,14 @@ TEST_CASE("a wall that is turned and shifted gives the same distances, normals a
             if (a.distance < 0) continue;
             const double apart = std::abs(a.distance - b.distance);
             const Mat3 bend = there.linear() * a.hessian * there.linear().transpose();
-            ++looked_at;
+            ++visited;
             other += apart > 1e-12 * size || (bend - b.hessian).norm() * size > 1e-6;
             distance = std::max(distance, apart);
             normal = std::max(normal, (there.linear() * a.normal - b.normal).norm());
         }
-        CAPTURE(looked_at);
-        CHECK(looked_at > 100);
-        CHECK(other < looked_at / 4);
+        CAPTURE(visited);
+        CHECK(visited > 100);
+        CHECK(other < visited / 4);
         CHECK(distance < 1e-5 * size);
         CHECK(normal < 1e-2);
     };

@@ -159,7 +159,8 @@ TEST_CASE("a generated tube is closed but for its two round rims with normals in
     }
 }
 
-TEST_CASE("ball and cylinder and plane: unit normals and exact distances and free side as asked")
+TEST_CASE(
+    "ball and cylinder and plane: unit normals, exact distances and the free side as specified")
 {
     WallHint hint;
     const Vec3 x{0.3, -0.2, 0.5};
@@ -189,7 +190,7 @@ TEST_CASE("ball and cylinder and plane: unit normals and exact distances and fre
     CHECK_THROWS(make_cylinder({Vec3::Zero(), Vec3::Zero(), 1, false, 0}));
 }
 
-TEST_CASE("what a tube of one radius knows of a place cheaply is no more than its distance")
+TEST_CASE("the cheap bound of a distance to a tube of one radius is no more than the distance")
 {
     std::mt19937 rng{5};
     std::uniform_real_distribution<double> uniform{-1, 1};

@@ -105,7 +105,7 @@ TEST_CASE("beside junctions the wall's distance is the true one" * doctest::test
     CHECK(worst < 2e-3 * 0.004); // [regression] our own run
 }
 
-TEST_CASE("a vessel knows its branches and when a point leaves through an opening")
+TEST_CASE("a vessel reports the branch of a point and when it leaves through an opening")
 {
     const WallModel model = make_vessel(default_vessel());
     REQUIRE(model.branches.size() == 3);
@@ -157,12 +157,11 @@ TEST_CASE("the vessel in mm is the vessel in m" * doctest::test_suite("slow"))
     CHECK(worst < 1e-8 * 0.004);
 }
 
-TEST_CASE(
-    "the triangles of a vessel are the same whenever and by whichever thread they are asked for")
+TEST_CASE("the triangles of a vessel are the same whenever and by whichever thread they are made")
 {
     const WallModel first = make_vessel(default_vessel()), last = make_vessel(default_vessel());
     const SurfaceMesh at_once = *first.surface;
-    std::vector<Vec3> places; // the wall's own triangles are asked for beside junctions
+    std::vector<Vec3> places; // the wall's own triangles are used beside junctions
     for (std::size_t v = 0; v < at_once.points.size(); v += 37)
         places.push_back(at_once.points[v] + Vec3{2e-4, -1e-4, 3e-4});
     std::vector<double> before;
@@ -189,7 +188,7 @@ TEST_CASE(
     CHECK(*last.deviation == *first.deviation);
 }
 
-TEST_CASE("a vessel knows how many triangles it has before they are made")
+TEST_CASE("a vessel's number of triangles is predicted before they are made")
 {
     VesselOptions o = default_vessel();
     for (const double resolution : {0.0, 0.0013, 0.002, 0.003})
@@ -202,7 +201,7 @@ TEST_CASE("a vessel knows how many triangles it has before they are made")
         }
 }
 
-TEST_CASE("a vessel that its triangles cannot follow is refused before they are asked for")
+TEST_CASE("a vessel that its triangles cannot follow is refused before they are made")
 {
     VesselOptions o;
     o.branches = {{"a", 0.036, 0.008, 0.008, 0.05}, {"b", 0.046, 0.008, 0.008, 0.05}};
@@ -245,7 +244,7 @@ TEST_CASE("a vessel whose branches just touch planes of the grid has triangles o
             CHECK(report.wrong_way == 0);
         }
     }
-    CHECK(finer == 0); // each has the size that was asked for
+    CHECK(finer == 0); // each has the size that was requested
 }
 
 TEST_CASE("a vessel that widens faster than its triangles can follow is refused")
@@ -264,7 +263,7 @@ TEST_CASE("a vessel that widens faster than its triangles can follow is refused"
     }
 }
 
-TEST_CASE("a vessel that cannot be is refused with all that is wrong")
+TEST_CASE("an impossible vessel is refused with all that is wrong")
 {
     VesselOptions o = default_vessel();
     o.descending_length = -1;

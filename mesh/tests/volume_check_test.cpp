@@ -23,7 +23,7 @@ std::string warnings(const VolumeMesh& mesh)
     return all.empty() ? "" : InputError(all).what();
 }
 
-bool says(const std::string& text, const char* what)
+bool contains(const std::string& text, const char* what)
 {
     return text.find(what) != std::string::npos;
 }
@@ -40,8 +40,8 @@ TEST_CASE("every wrong order of an element's corners is found")
             for (std::size_t j = i + 1; j < corners; ++j) {
                 VolumeMesh bad = good;
                 std::swap(bad.blocks[0].nodes[i], bad.blocks[0].nodes[j]);
-                CHECK(says(errors(bad), "element 1 ("));
-                CHECK(says(errors(bad), "an inverted element"));
+                CHECK(contains(errors(bad), "element 1 ("));
+                CHECK(contains(errors(bad), "an inverted element"));
             }
     }
 }
@@ -53,7 +53,7 @@ TEST_CASE("a wrong order of a T10's middle nodes is found and an even turn of a 
         for (std::size_t j = i + 1; j < 10; ++j) {
             VolumeMesh bad = good;
             std::swap(bad.blocks[0].nodes[i], bad.blocks[0].nodes[j]);
-            CHECK(says(errors(bad), "an inverted element"));
+            CHECK(contains(errors(bad), "an inverted element"));
         }
     VolumeMesh turned = sample_box(ElementKind::T4);
     std::rotate(turned.blocks[0].nodes.begin(), turned.blocks[0].nodes.begin() + 1,
@@ -61,7 +61,7 @@ TEST_CASE("a wrong order of a T10's middle nodes is found and an even turn of a 
     CHECK(errors(turned).empty());
 }
 
-TEST_CASE("messages use the file's numbers and name the first of many")
+TEST_CASE("messages use the file's numbers and list the first of many")
 {
     VolumeMesh mesh = sample_box(ElementKind::T4);
     for (std::size_t e = 0; e < element_count(mesh); ++e) {
@@ -69,8 +69,8 @@ TEST_CASE("messages use the file's numbers and name the first of many")
         std::swap(mesh.blocks[0].nodes[4 * e], mesh.blocks[0].nodes[4 * e + 1]);
     }
     const std::string text = errors(mesh);
-    CHECK(says(text, "f: element 1000 (T4 at ("));
-    CHECK(says(text, "f: found 141 more of this"));
+    CHECK(contains(text, "f: element 1000 (T4 at ("));
+    CHECK(contains(text, "f: found 141 more of this"));
     CHECK(std::count(text.begin(), text.end(), '\n') == 3);
 }
 
@@ -88,7 +88,7 @@ TEST_CASE("nodes: not finite or unreferenced or at the same place")
           "f: node 62: found the place of node 4, (1, 2, 0.5000000001), allowed: one node at a "
           "place, unless bodies may separate there");
     mesh.nodes[5][1] = std::numeric_limits<double>::quiet_NaN();
-    CHECK(says(errors(mesh), "f: node 6: found coordinates ("));
+    CHECK(contains(errors(mesh), "f: node 6: found coordinates ("));
 }
 
 TEST_CASE("elements: twice or with a node twice or three at a face or on the same side of a face")
@@ -96,12 +96,12 @@ TEST_CASE("elements: twice or with a node twice or three at a face or on the sam
     VolumeMesh twice = sample_box(ElementKind::T4);
     auto& nodes = twice.blocks[0].nodes;
     nodes.insert(nodes.end(), nodes.begin(), nodes.begin() + 4);
-    CHECK(says(errors(twice), "allowed: one or two elements at a face"));
-    CHECK(says(errors(twice), "allowed: elements on both sides of it"));
+    CHECK(contains(errors(twice), "allowed: one or two elements at a face"));
+    CHECK(contains(errors(twice), "allowed: elements on both sides of it"));
 
     VolumeMesh collapsed = sample_box(ElementKind::H8);
     collapsed.blocks[0].nodes[1] = collapsed.blocks[0].nodes[0];
-    CHECK(says(errors(collapsed), "a node that is used twice"));
+    CHECK(contains(errors(collapsed), "a node that is used twice"));
 }
 
 TEST_CASE("two cubes that share an edge alone are no manifold and a face in common is fine")
@@ -111,7 +111,7 @@ TEST_CASE("two cubes that share an edge alone are no manifold and a face in comm
     nodes.erase(nodes.begin() + 8, nodes.begin() + 24); // the diagonal neighbours stay
     mesh.element_sets.clear();
     mesh.face_sets.clear();
-    CHECK(says(errors(mesh), "edge (1, 1, 0) (1, 1, 1): found 4 faces of the surface"));
+    CHECK(contains(errors(mesh), "edge (1, 1, 0) (1, 1, 1): found 4 faces of the surface"));
 }
 
 TEST_CASE("two cubes that share a corner alone are a joint and whole boxes have none")
@@ -123,7 +123,7 @@ TEST_CASE("two cubes that share a corner alone are a joint and whole boxes have 
     mesh.element_sets.clear();
     mesh.face_sets.clear();
     CHECK(check_volume(mesh).pinched == std::vector<std::int32_t>{13});
-    CHECK(errors(mesh) == "f: node 14: found elements that meet in this node only, (1, 1, 1), "
+    CHECK(errors(mesh) == "f: node 14: found elements that share this node only, (1, 1, 1), "
                           "allowed: elements that share an edge or a face");
     for (const ElementKind kind : kAllKinds)
         CHECK(check_volume(sample_box(kind)).pinched.empty());
@@ -137,10 +137,10 @@ TEST_CASE("a node that one element has for itself tears the surface and is named
     mesh.nodes.push_back(mesh.nodes[13]); // the middle
     for (std::size_t i = 56; i < 64; ++i)
         if (mesh.blocks[0].nodes[i] == 13) mesh.blocks[0].nodes[i] = 27;
-    CHECK(says(errors(mesh), "4 faces of the surface"));
-    CHECK(
-        says(errors(mesh), "f: node 28: found the place of node 14, (1, 1, 1), allowed: one node"));
-    CHECK(!says(warnings(mesh), "node 28"));
+    CHECK(contains(errors(mesh), "4 faces of the surface"));
+    CHECK(contains(errors(mesh),
+                   "f: node 28: found the place of node 14, (1, 1, 1), allowed: one node"));
+    CHECK(!contains(warnings(mesh), "node 28"));
 }
 
 TEST_CASE("slivers are warned of with their shape and the threshold")
@@ -149,8 +149,8 @@ TEST_CASE("slivers are warned of with their shape and the threshold")
     mesh.nodes = {{0, 0, 0}, {1, 0, 0}, {0, 1, 0}, {0.5, 0.5, 1e-3}};
     mesh.blocks = {{ElementKind::T4, {0, 1, 2, 3}}};
     CHECK(errors(mesh).empty());
-    CHECK(says(warnings(mesh), "a sliver of shape 0.0137"));
-    CHECK(says(warnings(mesh), "allowed: shape >= 0.05"));
+    CHECK(contains(warnings(mesh), "a sliver of shape 0.0137"));
+    CHECK(contains(warnings(mesh), "allowed: shape >= 0.05"));
     VolumeCheckOptions lenient;
     lenient.sliver = 0.001;
     CHECK(check_volume(mesh, lenient).slivers.empty());
@@ -160,8 +160,8 @@ TEST_CASE(
     "a mesh in millimetres is suspected and its size reported and sets without members or name too")
 {
     VolumeMesh mesh = make_solid_ball({{0, 0, 0}, 10, 4, ElementKind::H8});
-    CHECK(says(warnings(mesh), "a size of 20 x 20 x 20 m"));
-    CHECK(says(warnings(mesh), "0.001"));
+    CHECK(contains(warnings(mesh), "a size of 20 x 20 x 20 m"));
+    CHECK(contains(warnings(mesh), "0.001"));
     for (Vec3& x : mesh.nodes)
         x *= 1e-3;
     CHECK(warnings(mesh).empty());

@@ -18,6 +18,7 @@ struct CorotationalStrain {
     Vec3 turn[2] = {Vec3::Zero(), Vec3::Zero()}; ///< rotation vectors [rad]
 };
 /// Strains of the corotational element between two nodes.
+/// @param length  of the chord when free of stress [m]
 CorotationalStrain corotational_strain(const BeamNode& a, const BeamNode& b, double length);
 
 /// The deformation at which the element is free of stress.

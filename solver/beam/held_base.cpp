@@ -26,15 +26,15 @@ void grow_beyond(const WireMaterial& m, const ElementLaw& law, double end,
     std::vector<TableShare> section = tables_at(m, end);
     share_bending(section, law);
     const BeyondLinear own = beyond_linear(law.beyond, elastic),
-                       comes = beyond_linear(section, elastic);
+                       added = beyond_linear(section, elastic);
     // What share of the curvature a section takes changes with the element's EI.
     const double shift = dS / law.S[4] - 1 / L;
     for (std::size_t i : {4, 5})
         rate[i] -= shift * elastic[i];
-    g.slope += comes.energy;
+    g.slope += added.energy;
     for (std::size_t i : {4, 5}) {
         g.slope -= own.stress[i] * rate[i];
-        g.tau[i] += comes.stress[i] + (shift - 1 / L) * own.stress[i];
+        g.tau[i] += added.stress[i] + (shift - 1 / L) * own.stress[i];
     }
     g.tau[4] -= own.bend22 * rate[4] + own.bend23 * rate[5];
     g.tau[5] -= own.bend23 * rate[4] + own.bend33 * rate[5];

@@ -61,6 +61,7 @@ void place_contact_points(WireMaterial& material, double spacing);
 std::size_t contact_point_count(double length, double spacing);
 
 /// Section at s.
+/// @param s  arc length from the base [m]
 Section section_at(const WireMaterial& m, double s);
 
 /// Energy per length of a linear section that is straightened [J/m].
@@ -89,6 +90,7 @@ struct HeldWire {
     double bending = 0; ///< integral sum EI k0^2/2 [J]
 };
 /// The wire between its base and the place s, held straight.
+/// @param s  arc length from the base [m]
 HeldWire held_between_base_and(const WireMaterial& m, double s);
 
 } // namespace amontons

@@ -66,7 +66,7 @@ std::optional<WirePlace> place_in(const Wire& w, const WireState& state, double 
     const std::size_t e = element_at(w.material, s);
     const double a = w.material.node[e], b = w.material.node[e + 1];
     if (!(state.first < w.last())) return {};
-    // place_of asks the wire whether it is out: here the state does.
+    // place_of reads from the wire whether it is out: here the state determines it.
     if (int(e) > state.first) return WirePlace{int(e), (s - a) / (b - a), b - a};
     const double end = w.material.length - state.inserted;
     if (s <= end) return {};

@@ -52,8 +52,8 @@ Mat3 carried(const Mat3& frame, const Vec3& tangent)
     return frame_of(tangent, turn * Vec3(frame.col(1)));
 }
 
-/// Nodes of the segments, and those that are asked for: an inner node nearby is moved there.
-std::vector<double> node_places(const WireMaterial& m, std::vector<double> asked)
+/// Nodes of the segments and at the given places: an inner node nearby is moved there.
+std::vector<double> node_places(const WireMaterial& m, std::vector<double> places)
 {
     constexpr double kSame = 1e-9, kNear = 0.35;
     std::vector<double> s = m.node;
@@ -62,8 +62,8 @@ std::vector<double> node_places(const WireMaterial& m, std::vector<double> asked
         fixed[i] = i == 0 || i + 1 == s.size() ||
                    std::find(m.segment_start.begin(), m.segment_start.end(), s[i]) !=
                        m.segment_start.end();
-    std::sort(asked.begin(), asked.end());
-    for (const double a : asked) {
+    std::sort(places.begin(), places.end());
+    for (const double a : places) {
         const auto after = std::size_t(std::upper_bound(s.begin(), s.end(), a) - s.begin());
         const std::size_t i = std::clamp<std::size_t>(after, 1, s.size() - 1);
         const double h = s[i] - s[i - 1];
@@ -139,11 +139,11 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
     const WireMaterial m = make_material(r.segments, 0);
     r.length = m.length;
     r.segment_start = m.segment_start;
-    std::vector<double> asked(at.begin(), at.end());
-    if (polyline) asked.insert(asked.end(), corner.begin() + 1, corner.end() - 1);
-    for (double& a : asked)
+    std::vector<double> places(at.begin(), at.end());
+    if (polyline) places.insert(places.end(), corner.begin() + 1, corner.end() - 1);
+    for (double& a : places)
         a = std::clamp(a, 0.0, r.length);
-    r.s = node_places(m, std::move(asked));
+    r.s = node_places(m, std::move(places));
     const std::vector<double> ends = r.s;
     if (r.closed) r.s.pop_back(); // the last is the first again
     if (r.closed && r.s.size() < 3)
@@ -160,7 +160,8 @@ RodModel make_rod(const std::vector<BeamSegment>& given, const RodShape& shape,
             const double start = m.segment_start[k];
             const double share = (std::min(b, start + g.length) - std::max(a, start)) / (b - a);
             if (!(share > 0)) continue;
-            const double area = kPi * g.radius * g.radius, inertia = area * g.radius * g.radius / 4;
+            const double r2 = g.radius * g.radius, bore2 = g.inner_radius * g.inner_radius,
+                         area = kPi * (r2 - bore2), inertia = area * (r2 + bore2) / 4;
             mass.per_length += share * g.density * area;
             mass.spin += 2 * share * g.density * inertia;
             mass.bend += share * g.density * inertia;

@@ -204,7 +204,7 @@ void add_rod_mass(const RodModel& rod, const std::vector<BeamNode>& nodes, doubl
 
 std::vector<double> rod_frequencies(const RodMatrix& K, const RodMatrix& M, int nodes, int count)
 {
-    // Inverse iteration on more vectors than are asked for; Rayleigh and Ritz in each round.
+    // Inverse iteration on more vectors than are requested; Rayleigh and Ritz in each round.
     const int size = std::min(2 * count + 4, 6 * nodes);
     const std::vector<Node6> empty(std::size_t(nodes), Node6{});
     std::vector<std::vector<Node6>> x(std::size_t(size), empty);

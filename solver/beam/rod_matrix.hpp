@@ -28,7 +28,7 @@ public:
 
     /// Sets all blocks to zero.
     void set_zero();
-    /// Multiplies all blocks.
+    /// Multiplies all blocks by a factor.
     void scale(double by);
     /// Factors the matrix.
     /// @param first  of a rod that is not closed: nodes before it are left out

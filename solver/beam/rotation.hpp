@@ -15,6 +15,7 @@ struct Quaternion {
 };
 
 /// a b: b first, then a.
+/// Arrays of 4 numbers each (w, x, y, z), of norm 1.
 inline void quaternion_product(const double a[4], const double b[4], double out[4])
 {
     const double r[4] = {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
@@ -46,6 +47,7 @@ inline void rotate_in_body(double q[4], const Vec3& theta)
 }
 
 /// Rotation matrix; its columns are the body's axes in space.
+/// @param q  4 numbers (w, x, y, z), of norm 1
 inline Mat3 rotation_matrix(const double q[4])
 {
     const double w = q[0], x = q[1], y = q[2], z = q[3];
@@ -57,6 +59,7 @@ inline Mat3 rotation_matrix(const double q[4])
 }
 
 /// First axis of the body in space: a beam's tangent.
+/// @param q  4 numbers (w, x, y, z), of norm 1
 inline Vec3 first_axis(const double q[4])
 {
     return {1 - 2 * (q[2] * q[2] + q[3] * q[3]), 2 * (q[1] * q[2] + q[0] * q[3]),
@@ -67,6 +70,7 @@ inline Vec3 first_axis(const double q[4])
 Quaternion quaternion_of(const Mat3& rotation);
 
 /// Rotation between a (t = 0) and b (t = 1), on the shorter way; normalised linear.
+/// @param t  in [0, 1] (share)
 inline Quaternion interpolate(const double a[4], const double b[4], double t)
 {
     const double d = a[0] * b[0] + a[1] * b[1] + a[2] * b[2] + a[3] * b[3];

@@ -197,7 +197,7 @@ void SoftTube::solve_columns_(std::span<const std::int32_t> grid_nodes)
     }
 }
 
-/// Blocks at the nodes in use of a node's columns, gathered when they are first asked for.
+/// Blocks at the nodes in use of a node's columns, gathered at first use.
 const SoftTube::Piece& SoftTube::piece_(std::int32_t g)
 {
     Piece& piece = pieces_[std::size_t(g)];
@@ -248,7 +248,7 @@ void SoftTube::bring_up_(Field& field)
     for (const TubeForce& f : field.forces)
         nodes.insert(nodes.end(), f.place.node.begin(), f.place.node.end());
     solve_columns_(nodes);
-    // Forces of many places meet in their nodes: one product for each of those.
+    // Forces of many places act on the same nodes: one product for each node.
     std::map<std::int32_t, Vec3> at_node;
     for (const TubeForce& f : field.forces)
         for (std::size_t a = 0; a < 16; ++a)

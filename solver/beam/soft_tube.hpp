@@ -191,7 +191,7 @@ private:
 
     std::vector<std::unique_ptr<Eigen::MatrixXd>> column_; ///< of each grid node: 3 inner x 3
     std::vector<std::int32_t> used_,
-        number_;                ///< grid nodes asked for in this round; and back, or -1
+        number_;                ///< grid nodes used in this round; and back, or -1
     std::vector<Piece> pieces_; ///< of each grid node: at those of `used_`; or empty
     std::vector<std::int32_t> with_piece_;
     Field now_, start_;

@@ -27,9 +27,9 @@ struct TableLaw {
         /// Energy per length [J/m], its first and second derivative by the strain.
         double energy = 0, force = 0, stiffness = 0;
     };
-    /// Of the whole table, with its stiffness at rest.
+    /// Of the whole table, with its stiffness at rest. @param strain  [-] or [1/m]
     Value at(double strain) const;
-    /// The part beyond the linear law of the stiffness at rest.
+    /// The part beyond the linear law of the stiffness at rest. @param strain  [-] or [1/m]
     Value beyond(double strain) const;
 };
 

@@ -29,6 +29,7 @@ TipLoad hold_tip(const Wire& wire, BlockTridiagonal& tangent, std::vector<Node6>
 void hold_tip(const Wire& wire, int element, ContactRow& row);
 
 /// Whether a place is held, so that a contact there has no effect.
+/// @param xi  in the element, 0 to 1 (share)
 bool is_held(const Wire& wire, int element, double xi);
 
 } // namespace amontons

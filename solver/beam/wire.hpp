@@ -84,11 +84,13 @@ struct Wire {
 };
 
 /// Starts a wire in a sheath at a given insertion: straight out of it, unstressed.
+/// @param insertion, twist  [m], [rad]
 void start_in_sheath(Wire& wire, double insertion, double twist);
 
 /// The first material node for an insertion, so that the growing element has between a half
 /// and one and a half of its full length; last() if nothing is out. Depends on nothing else:
 /// withdrawal passes through the meshes of insertion.
+/// @param insertion  [m], >= 0
 int first_node(const WireMaterial& material, double insertion);
 
 /// Law of the element at the held end, for the length that is out.
@@ -97,10 +99,12 @@ ElementLaw held_element_law(const Wire& wire, const WireState& state);
 /// Place of a point of the held part, on the axis of the sheath [m].
 Vec3 held_point(const Wire& wire, const WireState& state, double s);
 /// Rotation of a section of the held part.
+/// @param s  arc length from the base [m]
 Quaternion held_rotation(const Wire& wire, const WireState& state, double s);
 
 /// Predictor: translates the wire along its centreline by the base increment. Reactions move along.
 /// Adds and removes nodes.
+/// @param insertion, twist  the new ones [m], [rad]
 void drive_base(Wire& wire, double insertion, double twist);
 
 /// Whether the element at the sheath's end has become much shorter or longer than a whole one, for

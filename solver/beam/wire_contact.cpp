@@ -209,7 +209,7 @@ double find_candidates(const Wire& wire, const std::vector<WireWall>& walls, con
         if (walls[w].soft)
             unsettled = std::max(unsettled, settle_wall(wire, walls, w, proximity, covered));
     // Of a wall that has no shape under such forces nothing is near: every answer to where it is
-    // would ask for columns of its compliance there.
+    // would need columns of its compliance there.
     candidates.clear();
     if (std::isfinite(unsettled))
         find_candidates_once(wire, walls, start, reach, proximity, candidates, covered);

@@ -14,6 +14,7 @@ struct WirePlace {
     double length = 0; ///< rest length of the element [m]
 };
 /// Where a material point is; nothing if it is still in the sheath.
+/// @param s   arc length from the base [m]; xi in the element, 0 to 1 (share)
 std::optional<WirePlace> place_of(const Wire& wire, const WireState& state, double s, int element,
                                   double xi);
 

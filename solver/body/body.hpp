@@ -3,11 +3,12 @@
 #include "contact/surface/contact_points.hpp"
 #include "mesh/base/types.hpp"
 #include "solver/body/time_rule.hpp"
-#include "solver/output/step_record.hpp"
+#include "solver/record/step_record.hpp"
 #include "solver/solid/patch.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/SparseCore>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -72,17 +73,62 @@ struct BodyEnergy {
     double elastic = 0, kinetic = 0;    ///< at the end of the step [J]
 };
 
-/// Interface between the time step and a body (rigid, solid, rod).
+/// What a body is worth in balances of a motion; of the accepted state.
+struct BodyMotion {
+    double kinetic_energy = 0;            ///< [J]
+    Vec3 momentum = Vec3::Zero();         ///< linear [kg m/s]
+    Vec3 angular_momentum = Vec3::Zero(); ///< about the origin [kg m^2/s]
+};
+
+/// What update() has made of an iterate.
+struct BodyOutcome {
+    double accepted_length = 1; ///< of the step, in (0, 1]; < 1 where inversion was avoided (ratio)
+    std::string fault;          ///< why the iterate is invalid; empty if it is valid
+    std::string remark;         ///< on the accepted state, for the user; empty: none
+};
+
+/// The instant of a velocity.
+enum class VelocityAt {
+    iterate,
+    start, ///< of the step
+    past,  ///< the known part of the mean of a dynamic step: without the share of the end velocity
+};
+
+/// The matrix A of a body at its iterate, after Body::linearise(), and its rigid modes.
+class StepMatrix {
+public:
+    virtual ~StepMatrix() = default;
+
+    /// Number of unknowns of the body's iterate.
+    virtual int unknowns() const = 0;
+    virtual Eigen::VectorXd free_change() const = 0; ///< y_free
+    /// W = C^T A^+ C, symmetric.
+    virtual void compliance(const SparseColumns& C, Eigen::MatrixXd& W) = 0;
+    virtual Eigen::VectorXd solve(const Eigen::VectorXd& force) = 0; ///< A^+ f
+    /// A^+ C r, with the C of the last compliance().
+    virtual Eigen::VectorXd solve(const SparseColumns& C, const Eigen::VectorXd& r)
+    {
+        return solve(Eigen::VectorXd(C * r));
+    }
+    virtual const Eigen::MatrixXd& modes() const = 0; ///< R, unknowns x m
+    virtual Eigen::VectorXd mode_load() const = 0;    ///< g: loads on the modes, less inner forces
+    /// Name of a combination of modes, e.g. "shift along (0, 0, 1)". @param a  amplitudes, m
+    virtual std::string mode_name(const Eigen::VectorXd& a) const = 0;
+};
+
+/// Interface between the time step and a body (rigid, solid, rod): its state and its kinematics.
 class Body {
 public:
     virtual ~Body() = default;
 
-    /// Number of unknowns of its iterate.
-    virtual int unknowns() const = 0;
-    virtual bool nonlinear() const = 0; ///< its forces are a nonlinear function of the places
+    bool nonlinear() const { return nonlinear_; } ///< its forces are a nonlinear function of places
+    double size() const { return size_; }         ///< [m]
+    virtual StepMatrix& matrix() = 0;             ///< of the last linearise()
+    virtual const StepMatrix& matrix() const = 0; ///< of the last linearise()
 
     /// Bound of the prescribed motion of any place from one time to another [m].
     virtual double prescribed_motion(double /*from*/, double /*to*/) const { return 0; }
+    virtual double speed() const = 0; ///< bound of the velocity of any place at the start [m/s]
 
     /// Begins a step (or, after a refusal, the same one anew): the iterate is the state with the
     /// prescribed motion applied.
@@ -97,58 +143,27 @@ public:
     /// of its place by y in quasi-static steps, of its velocity in dynamic ones.
     virtual void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                             std::vector<Eigen::Triplet<double>>& out) const = 0;
-    virtual Vec3 displacement(const BodyPlace& at) const = 0;   ///< iterate - start of step [m]
-    virtual Vec3 velocity(const BodyPlace& at) const = 0;       ///< of the iterate [m/s]
-    virtual Vec3 start_velocity(const BodyPlace& at) const = 0; ///< at the start of the step
-    /// Known part of the mean velocity of a dynamic step: without the share of the end velocity.
-    virtual Vec3 past_velocity(const BodyPlace& at) const = 0;
-
-    virtual Eigen::VectorXd free_change() const = 0; ///< y_free
-    /// W = C^T A^+ C, symmetric.
-    virtual void compliance(const SparseColumns& C, Eigen::MatrixXd& W) = 0;
-    virtual Eigen::VectorXd solve(const Eigen::VectorXd& force) = 0; ///< A^+ f
-    /// A^+ C r, with the C of the last compliance().
-    virtual Eigen::VectorXd solve(const SparseColumns& C, const Eigen::VectorXd& r)
-    {
-        return solve(Eigen::VectorXd(C * r));
-    }
-    virtual const Eigen::MatrixXd& modes() const = 0; ///< R, unknowns x m
-    virtual Eigen::VectorXd mode_load() const = 0;    ///< g: loads on the modes, less inner forces
-    /// Name of a combination of modes, e.g. "shift along (0, 0, 1)". @param a  amplitudes, m
-    virtual std::string mode_name(const Eigen::VectorXd& a) const = 0;
+    virtual Vec3 displacement(const BodyPlace& at) const = 0; ///< iterate - start of step [m]
+    virtual Vec3 velocity(const BodyPlace& at, VelocityAt when) const = 0; ///< [m/s]
 
     /// Sets rigid modes constrained by no contact, m x some, orthonormal; the next update() leaves
     /// them at rest.
-    virtual void set_unconstrained_modes(const Eigen::MatrixXd&) {}
+    void set_unconstrained_modes(const Eigen::MatrixXd& modes) { unconstrained_ = modes; }
     /// Moves the iterate. @param force  H^T r of the contact forces that led to it
     virtual void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                         const Eigen::VectorXd& force) = 0;
-    /// Accepted step length in (0, 1]; < 1 where the line search avoided inversion.
-    virtual double accepted_step_length() const { return 1; }
-    /// Why the iterate is invalid; empty if it is valid.
-    virtual std::string fault() const { return ""; }
-    /// Remark on the accepted state for the user; empty if there is none.
-    virtual std::string remark() const { return ""; }
+    virtual BodyOutcome outcome() const { return {}; } ///< of the last update(), or accept()
     /// How far the iterate is from balance under these contact forces, relative to the forces [-].
     virtual double imbalance(const Eigen::VectorXd& force) = 0;
 
     /// Before a dynamic step is accepted: the moment of its contacts and joints about the origin
     /// [N m s], each at one place for both bodies. On surfaces that slide along each other, or with
     /// a gap between them, the places on the two bodies differ; forces there would have a moment.
-    virtual void add_contact_moment(const Vec3&) {}
+    void set_contact_moment(const Vec3& moment) { contact_moment_ = moment; }
     /// The iterate becomes the state.
     virtual BodyEnergy accept(const Eigen::VectorXd& force) = 0;
 
-    virtual double size() const = 0;  ///< [m]
-    virtual double speed() const = 0; ///< bound of the velocity of any place at the start [m/s]
-    virtual double kinetic_energy() const = 0; ///< of the state [J]
-    virtual Vec3 momentum() const = 0;         ///< linear [kg m/s]
-    virtual Vec3 angular_momentum() const = 0; ///< about the origin [kg m^2/s]
-
-    /// Velocities of the state, for set_velocities(); before the first step.
-    virtual std::vector<double> velocities() const { return {}; }
-    /// Sets velocities of a saved state.
-    virtual void set_velocities(std::span<const double> /*velocities*/) {}
+    virtual BodyMotion motion() const = 0; ///< of the state
 
     /// Everything that the next step depends on.
     virtual std::vector<double> state() const = 0;
@@ -156,6 +171,15 @@ public:
     /// The state of the same body with other conditions, for set_state(); of another length than
     /// state() where this one cannot continue from it.
     virtual std::vector<double> state_from(const Body& before) const { return before.state(); }
+    /// Exchanges the velocities of the state with these; before the first step.
+    /// @param velocities  empty: all are zero
+    virtual void swap_velocities(std::vector<double>& /*velocities*/) {}
+
+protected:
+    bool nonlinear_ = false;
+    double size_ = 0;
+    Eigen::MatrixXd unconstrained_;      ///< set_unconstrained_modes
+    std::optional<Vec3> contact_moment_; ///< set_contact_moment
 };
 
 } // namespace amontons

@@ -237,6 +237,16 @@ void CondensedSolid::begin(const StepInput& step)
     place_touching(now_);
 }
 
+void CondensedSolid::begin_at(std::span<const Vec3> touching)
+{
+    const Eigen::VectorXd u = parts_at_touching(amount_now_);
+    for (const std::int32_t k : free_touching_) {
+        const auto node = std::size_t(k / 3);
+        now_.u[3 * touching_[node] + k % 3] = touching.empty() ? u[k] : touching[node][k % 3];
+    }
+    place_touching(now_);
+}
+
 void CondensedSolid::linearise()
 {
     if (frame_kind() == Frame::floating)
@@ -373,13 +383,13 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
     Eigen::VectorXd in_u; // what the modes' part of u changes by
     if (frame_kind() == Frame::floating) {
         in_u = -(mean + mode_now_);
-        const Eigen::VectorXd motion = felt(mode - in_u);
+        const Eigen::VectorXd motion = constrained_part(mode - in_u);
         // By the rule of the trapezoid.
         rigid_work_ += 0.5 * (load_on_modes(amount_) + mode_load_).dot(motion);
         move_frame(now_, motion);
     } else {
         const Eigen::VectorXd by_pins = mean - mean_now_;
-        in_u = felt(mode + by_pins) - by_pins;
+        in_u = constrained_part(mode + by_pins) - by_pins;
     }
     mean_now_ = mean;
     mode_now_ += in_u;

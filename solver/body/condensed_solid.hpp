@@ -35,6 +35,8 @@ public:
     std::vector<Vec3> moments() const override;
     void complete() override;
     bool condensed() const override { return true; }
+    bool independent_of_path() const override { return rigid_->R.cols() == 0; }
+    void begin_at(std::span<const Vec3> touching) override;
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
     std::vector<double> state_from(const Body& before) const override;

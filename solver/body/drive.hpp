@@ -26,6 +26,7 @@ void turn_with_mesh(SolidInput& input, VolumeMesh& mesh);
 /// Where a drive puts a body at time t.
 /// @param centre  the body's own, before it is placed: the turn is about it unless specified
 /// otherwise
+/// @param t  [s]
 Placement driven_placement(const DriveInput& drive, const Placement& start, const Vec3& centre,
                            double t);
 

@@ -1,6 +1,6 @@
 #include "solver/body/fibres.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <Eigen/Geometry>
 #include <cmath>

@@ -9,13 +9,29 @@
 #include <fmt/format.h>
 
 namespace amontons {
+namespace {
+
+// In a step of motion that does not follow them, contacts are as the step found them at its start,
+// and so are their arms: after some iterations the centre has moved on, and an arm from there would
+// be off by what the body slides in a step. The anchors of joints move along with the iterate.
+bool is_of_start(const BodyPlace& at, const StepInput& step)
+{
+    return step.dynamic && !step.follows && !at.half_way;
+}
+
+Vec3 arm_of(const BodyPlace& at, const StepInput& step, const Vec3& start, const Vec3& now)
+{
+    return at.point - (is_of_start(at, step) ? start : now);
+}
+
+} // namespace
 
 RigidBody::RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass)
     : input_(input)
     , shape_(std::move(shape))
     , mass_(mass)
-    , size_(bounding_radius(shape_))
 {
+    size_ = bounding_radius(shape_);
     const Placement start = amontons::start_placement(input.start);
     state_.turn = start.turn;
     state_.centre = start * mass_.centre;
@@ -69,16 +85,13 @@ double RigidBody::prescribed_motion(double from, double to) const
     return (b.centre - a.centre).norm() + a.turn.angularDistance(b.turn) * 2 * size_;
 }
 
-std::vector<double> RigidBody::velocities() const
+void RigidBody::swap_velocities(std::vector<double>& velocities)
 {
-    const Vec3 &v = state_.velocity, &w = state_.spin;
-    return {v.x(), v.y(), v.z(), w.x(), w.y(), w.z()};
-}
-
-void RigidBody::set_velocities(std::span<const double> v)
-{
-    state_.velocity = Vec3(v[0], v[1], v[2]);
-    state_.spin = Vec3(v[3], v[4], v[5]);
+    velocities.resize(6);
+    for (int i = 0; i < 3; ++i) {
+        std::swap(velocities[std::size_t(i)], state_.velocity[i]);
+        std::swap(velocities[std::size_t(3 + i)], state_.spin[i]);
+    }
     angular_ = inertia(state_.turn) * state_.spin;
 }
 
@@ -225,8 +238,9 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
             out.emplace_back(3 + i, column, scale * direction[i]);
         return;
     }
-    const Vec3 middle = step_.follows ? Vec3(0.5 * (state_.centre + now_.centre)) : now_.centre;
-    const Vec3 moment = (at.point - middle).cross(direction);
+    const Vec3 moment = (step_.follows ? Vec3(at.point - 0.5 * (state_.centre + now_.centre))
+                                       : arm_of(at, step_, state_.centre, now_.centre))
+                            .cross(direction);
     for (int i = 0; i < 3; ++i) // ascending, so that columns need not be sorted
         out.emplace_back(i, column, scale * direction[i]);
     for (int i = 0; i < 3; ++i)
@@ -270,25 +284,29 @@ bool RigidBody::is_of_revolution_about(const Vec3& axis) const
     return round && axis.head<2>().norm() <= kAside * std::abs(axis.z());
 }
 
-Vec3 RigidBody::velocity(const BodyPlace& at) const
+Vec3 RigidBody::iterate_velocity(const BodyPlace& at) const
 {
     if (at.turns) return now_.spin;
-    return now_.velocity + now_.spin.cross(at.point - now_.centre);
+    return now_.velocity + now_.spin.cross(arm_of(at, step_, state_.centre, now_.centre));
 }
 
 Vec3 RigidBody::start_velocity(const BodyPlace& at) const
 {
     if (at.turns) return state_.spin;
-    const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
-    return state_.velocity + state_.spin.cross(state_.turn * arm);
+    const Vec3 arm = arm_of(at, step_, state_.centre, now_.centre);
+    return state_.velocity +
+           state_.spin.cross(
+               is_of_start(at, step_) ? arm : Vec3(state_.turn * (now_.turn.conjugate() * arm)));
 }
 
 Vec3 RigidBody::past_velocity(const BodyPlace& at) const
 {
-    if (driven()) return (1 - step_.rule.end) * velocity(at);
+    if (driven()) return (1 - step_.rule.end) * iterate_velocity(at);
     if (at.turns) return past_spin_;
-    const Vec3 arm = now_.turn.conjugate() * (at.point - now_.centre);
-    return past_velocity_ + past_spin_.cross(state_.turn * arm);
+    const Vec3 arm = arm_of(at, step_, state_.centre, now_.centre);
+    return past_velocity_ +
+           past_spin_.cross(
+               is_of_start(at, step_) ? arm : Vec3(state_.turn * (now_.turn.conjugate() * arm)));
 }
 
 Eigen::VectorXd RigidBody::free_change() const

@@ -13,7 +13,7 @@ namespace amontons {
 ///
 /// Its angular momentum is a state variable, so that a free body conserves it to round-off; the
 /// inertia is that at the end of the step (in steps of second order: rigid_turn.hpp).
-class RigidBody final : public Body {
+class RigidBody final : public Body, public StepMatrix {
 public:
     /// @param mass  of the shape: density times volume [kg], and its inertia [kg m^2]
     RigidBody(const RigidInput& input, RigidShape shape, const MassProperties& mass);
@@ -39,12 +39,15 @@ public:
     const Vec3& centre_velocity() const { return state_.velocity; }
     const Vec3& spin() const { return state_.spin; } ///< [rad/s]
 
+    StepMatrix& matrix() override { return *this; }
+    const StepMatrix& matrix() const override { return *this; }
     int unknowns() const override { return driven() ? 0 : 6; }
-    bool nonlinear() const override { return false; }
     /// True if its contacts represent equal parts of a face (shape.points).
     bool spread() const { return input_.shape.points > 0; }
     /// True if a drive prescribes its motion.
     bool driven() const { return input_.drive.given; }
+    /// True if drive_to() has led it.
+    bool led() const { return driven_to_.has_value(); }
     /// Curves that a caller may set between steps: its drive, the factor on its force and torque.
     std::vector<LiveCurve> live_curves();
     /// The start, as the scene gives it.
@@ -64,9 +67,11 @@ public:
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
     Vec3 displacement(const BodyPlace& at) const override;
-    Vec3 velocity(const BodyPlace& at) const override;
-    Vec3 start_velocity(const BodyPlace& at) const override;
-    Vec3 past_velocity(const BodyPlace& at) const override;
+    Vec3 velocity(const BodyPlace& at, VelocityAt when) const override
+    {
+        if (when == VelocityAt::iterate) return iterate_velocity(at);
+        return when == VelocityAt::start ? start_velocity(at) : past_velocity(at);
+    }
     Eigen::VectorXd free_change() const override;
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
@@ -76,23 +81,27 @@ public:
     void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd&) override { return 0; }
-    void add_contact_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
-    double size() const override { return size_; }
     double speed() const override
     {
         const Motion& m = driven() ? now_ : state_;
         return m.velocity.norm() + m.spin.norm() * 2 * size_;
     }
-    double kinetic_energy() const override;
-    Vec3 momentum() const override;
-    Vec3 angular_momentum() const override;
-    std::vector<double> velocities() const override;
-    void set_velocities(std::span<const double> velocities) override;
+    BodyMotion motion() const override
+    {
+        return {kinetic_energy(), momentum(), angular_momentum()};
+    }
+    double kinetic_energy() const; ///< of the state [J]
+    Vec3 momentum() const;         ///< linear [kg m/s]
+    Vec3 angular_momentum() const; ///< about the origin [kg m^2/s]
+    void swap_velocities(std::vector<double>& velocities) override;
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 
 private:
+    Vec3 iterate_velocity(const BodyPlace& at) const;
+    Vec3 start_velocity(const BodyPlace& at) const;
+    Vec3 past_velocity(const BodyPlace& at) const;
     struct Motion {
         Vec3 centre = Vec3::Zero(); ///< of mass [m]
         Eigen::Quaterniond turn = Eigen::Quaterniond::Identity();
@@ -123,13 +132,11 @@ private:
     RigidShape shape_;
     MassProperties mass_; ///< about the shape's origin and axes
     Mat3 inverse_inertia_ = Mat3::Zero();
-    double size_ = 0;
     StepInput step_;
     Motion state_, now_;
     std::optional<Placement> driven_to_;
     Vec3 carried_ = Vec3::Zero(), carried_torque_ = Vec3::Zero();       ///< about its own centre
     Vec3 carried_before_ = Vec3::Zero(), torque_before_ = Vec3::Zero(); ///< at the state
-    std::optional<Vec3> contact_moment_;                                ///< add_contact_moment
     Vec3 angular_ = Vec3::Zero(); ///< angular momentum about the centre of mass, of the state
     Eigen::MatrixXd modes_;
 
@@ -140,7 +147,7 @@ private:
         Vec3 angular = Vec3::Zero(); ///< the momentum along the body's axes
         Vec3 force = Vec3::Zero(), torque = Vec3::Zero();
     } memory_;
-    Vec3 past_velocity_ = Vec3::Zero(), past_spin_ = Vec3::Zero(); ///< see Body::past_velocity
+    Vec3 past_velocity_ = Vec3::Zero(), past_spin_ = Vec3::Zero(); ///< see VelocityAt::past
     Vec3 past_angular_ = Vec3::Zero(), now_angular_ = Vec3::Zero();
     Vec3 mean_spin_ = Vec3::Zero();                               ///< of a step of second order
     Vec3 mean_force_ = Vec3::Zero(), mean_torque_ = Vec3::Zero(); ///< over the step

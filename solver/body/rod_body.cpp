@@ -48,6 +48,7 @@ RodBody::RodBody(const RodInput& input, const Centreline* curve, double damping,
     , K_(1, false)
     , M_(1, false)
 {
+    nonlinear_ = true;
     // ---- Nodes at holds, loads and couplings
     std::vector<double> places;
     for (const RodHold& h : input_.hold)
@@ -371,7 +372,7 @@ void RodBody::linearise()
         const SheathBalance b = sheath_balance(now_, step_.end(), true);
         balance_at_sheath(b, move, rest);
         balance_at_sheath(b, {}, residual_);
-        if (gives_in_sheath()) stiffness_at_sheath(b);
+        if (compliant_in_sheath()) stiffness_at_sheath(b);
     }
     hold_matrix(K_);
     negative_ = K_.factor(first_outside());
@@ -504,7 +505,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         forces_at_iterate();
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);
-        if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
+        if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
         hold_matrix(K_);
         negative_ = K_.factor(first_outside());
         stable_ = negative_ == 0;
@@ -548,7 +549,7 @@ std::vector<double> RodBody::frequencies(int count)
     std::vector<Node6> inner, load;
     forces(now_, step_.end(), inner, load);
     held_ = held_at(now_, step_.end());
-    if (gives_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
+    if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
     hold_matrix(K_);
     negative_ = K_.factor();
     M_.set_zero();

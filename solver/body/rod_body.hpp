@@ -32,7 +32,7 @@ struct ContactLoad {
 /// columns are removed from the matrix, and prescribed motions are part of the free motion, so that
 /// Newton's method moves a rod together with its ends. A place on a rod is one entry (element, xi)
 /// and a point that is fixed to the cross-section there.
-class RodBody final : public Body {
+class RodBody final : public Body, public StepMatrix {
 public:
     /// @param curve    of its shape, if it has one
     /// @param damping  mass-proportional [1/s]
@@ -94,7 +94,7 @@ public:
     void release_feed() { most_fed_ = -1; }
     /// Whether stop_feed() is in effect.
     bool feed_is_stopped() const { return most_fed_ >= 0; }
-    /// The segment of a place; where two meet, the first.
+    /// The segment of a place; at a common end of two, the first.
     int segment_of(const CurvePlace& at) const;
     /// Rotation of its end about the sheath, from that at a base rotation of 0, at the state [rad].
     double tip_rotation() const;
@@ -175,7 +175,7 @@ public:
     double element_radius(int element) const { return rod_.radius[std::size_t(element)]; }
     /// The system of linearise(), A y' = right for the motion y = y' + prescribed. Rows and columns
     /// of held unknowns are zero in A except for their diagonal, and y' is zero there.
-    const RodMatrix& matrix() const { return K_; }
+    const RodMatrix& rod_matrix() const { return K_; }
     const Eigen::VectorXd& right() const { return right_; }
     const Eigen::VectorXd& prescribed() const { return prescribed_; }
     /// Appends, for each node from this one on, the projector to its motions that holds leave free.
@@ -196,17 +196,20 @@ public:
     /// The lowest frequencies about the iterate [rad/s].
     std::vector<double> frequencies(int count);
 
+    StepMatrix& matrix() override { return *this; }
+    const StepMatrix& matrix() const override { return *this; }
     int unknowns() const override { return 6 * rod_.node_count(); }
-    bool nonlinear() const override { return true; }
     void begin(const StepInput& step) override;
     bool reset_to_start() override;
     void linearise() override;
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
     Vec3 displacement(const BodyPlace& at) const override;
-    Vec3 velocity(const BodyPlace& at) const override;
-    Vec3 start_velocity(const BodyPlace& at) const override;
-    Vec3 past_velocity(const BodyPlace& at) const override;
+    Vec3 velocity(const BodyPlace& at, VelocityAt when) const override
+    {
+        if (when == VelocityAt::iterate) return iterate_velocity(at);
+        return when == VelocityAt::start ? start_velocity(at) : past_velocity(at);
+    }
     Eigen::VectorXd free_change() const override { return free_change_; }
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
@@ -217,11 +220,14 @@ public:
                 const Eigen::VectorXd& force) override;
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
-    double size() const override { return size_; }
     double speed() const override;
-    double kinetic_energy() const override;
-    Vec3 momentum() const override;
-    Vec3 angular_momentum() const override;
+    BodyMotion motion() const override
+    {
+        return {kinetic_energy(), momentum(), angular_momentum()};
+    }
+    double kinetic_energy() const; ///< of the state [J]
+    Vec3 momentum() const;         ///< linear [kg m/s]
+    Vec3 angular_momentum() const; ///< about the origin [kg m^2/s]
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;
 
@@ -236,6 +242,9 @@ public:
                   double& t);
 
 private:
+    Vec3 iterate_velocity(const BodyPlace& at) const;
+    Vec3 start_velocity(const BodyPlace& at) const;
+    Vec3 past_velocity(const BodyPlace& at) const;
     /// Where a rod comes out of its sheath.
     struct SheathEnd {
         int node = 0;                    ///< which stands there
@@ -313,8 +322,8 @@ private:
     double base_turn(double t) const; ///< prescribed [rad]
     double base_way(double t) const;  ///< prescribed, or where it was stopped [m]
     bool out_of_sheath() const { return material_ && sheath_.node < rod_.element_count(); }
-    bool gives_at(double fed) const;
-    bool gives_in_sheath() const; ///< there is enough in it to stretch
+    bool compliant_at(double fed) const;
+    bool compliant_in_sheath() const; ///< there is enough in it to stretch
     HeldBase held_base(const SheathEnd& at) const;
     double turn_in_sheath(const SheathEnd& at, double s) const;
     BeamNode held_in_sheath(int node) const;
@@ -371,7 +380,7 @@ private:
     RodInput input_;
     RodModel rod_;
     RodElement kind_ = RodElement::exact;
-    double damping_ = 0, size_ = 0;
+    double damping_ = 0;
     std::vector<Hold> holds_;
     std::vector<Load> loads_;
     std::vector<CurvePlace> stations_, whole_stations_;
@@ -403,11 +412,12 @@ private:
         std::vector<Vec6> velocity;
         std::vector<Node6> acting;
     } accepted_;
-    SheathEnd led_;              ///< where a dynamic step leads the base: fed, turned
-    bool gives_in_step_ = false; ///< of a dynamic step: there is enough in the sheath to stretch
-    double passed_energy_ = 0;   ///< of what began or ended to be out as the step began [J]
-    int renewed_ = -1;           ///< last node whose filtered rates begin anew with the step's mesh
-    bool broken_ = false;        ///< the iterate leaves the element at the sheath's end no length
+    SheathEnd led_; ///< where a dynamic step leads the base: fed, turned
+    bool compliant_in_step_ =
+        false;                 ///< of a dynamic step: there is enough in the sheath to stretch
+    double passed_energy_ = 0; ///< of what began or ended to be out as the step began [J]
+    int renewed_ = -1;         ///< last node whose filtered rates begin anew with the step's mesh
+    bool broken_ = false;      ///< the iterate leaves the element at the sheath's end no length
     double push_ = 0, torque_ = 0;  ///< at the accepted state [N], [N m]
     bool stable_ = true;            ///< the accepted balance
     double drag_ = 0;               ///< [N/m^2]

@@ -43,8 +43,8 @@ void RodBody::move_nodes(Motion& m, const Eigen::VectorXd& y)
 
 /// A large motion of a rod that one node holds: what y does to the strains, to first order, and the
 /// nodes then placed by the strains, from the held one on. Along straight lines the same y would
-/// stretch the rod by the square of its turns, and EA is large: Newton's method would fight that
-/// for many iterations, or fail.
+/// stretch the rod by the square of its turns, and EA is large: Newton's method would have to undo
+/// that for many iterations, or fail.
 void RodBody::unroll(Motion& m, const Eigen::VectorXd& y)
 {
     const std::vector<BeamNode> before = m.nodes;
@@ -185,7 +185,7 @@ void RodBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd&, const Eig
             share = std::min(share, slack_share(own));
             move_nodes(now_, share * own);
         }
-        if (gives_in_sheath()) pass_sheath_end(share * past[0], share * past[1]);
+        if (compliant_in_sheath()) pass_sheath_end(share * past[0], share * past[1]);
         last_motion_ = 0;
         for (std::size_t i = 0; i < now_.nodes.size(); ++i)
             last_motion_ = std::max(last_motion_, y.segment<3>(at6(i)).norm());

@@ -167,7 +167,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
     for (int node = 0, in_sheath = nodes_in_sheath(); node < in_sheath; ++node) {
         const std::size_t i = of(node);
         const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node);
-        if (node == sheath_.node && gives_in_sheath()) {
+        if (node == sheath_.node && compliant_in_sheath()) {
             directions[i].hold_across(along_sheath());
             directions[i].hold_turns_across(Vec3::UnitX());
         } else {
@@ -175,7 +175,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         }
         if (step_.dynamic) {
             all[i].move = velocity_in_sheath() - m.velocity[std::size_t(node)];
-            if (node == sheath_.node && gives_in_sheath()) { // along and about it is free
+            if (node == sheath_.node && compliant_in_sheath()) { // along and about it is free
                 all[i].move.head<3>() -= along_sheath().dot(all[i].move.head<3>()) * along_sheath();
                 all[i].move[3] = 0;
             }

@@ -125,8 +125,8 @@ void RodBody::begin_motion_at_sheath()
     SheathEnd start = last;
     const double stretch = last.node == all ? 0 : last.stretch;
     start.node = node_at_end(std::max(last.s, rod_.length - led_.fed - stretch));
-    gives_in_step_ = start.node < all && gives_at(led_.fed);
-    if (!gives_in_step_) {
+    compliant_in_step_ = start.node < all && compliant_at(led_.fed);
+    if (!compliant_in_step_) {
         start.stretch = 0;
         start.rotation = start.turned;
     }
@@ -167,7 +167,7 @@ void RodBody::place_at_sheath()
 {
     SheathEnd next = now_.end;
     const auto f = std::size_t(next.node);
-    if (gives_in_step_) {
+    if (compliant_in_step_) {
         const Vec6 way = step_.h * (step_.rule.end * now_.velocity[f] + past_velocity_[f]);
         next.stretch =
             (state_.end.fed - next.fed) + state_.end.stretch + along_sheath().dot(way.head<3>());
@@ -179,7 +179,7 @@ void RodBody::place_at_sheath()
     next.s = rod_.length - next.fed - next.stretch;
     if (next.node < rod_.element_count()) {
         const double least = kShortestInStep * std::min(whole_[f].length, first_length(state_.end));
-        broken_ = !(first_length(next) > least) || (gives_in_step_ && !(next.s > 0));
+        broken_ = !(first_length(next) > least) || (compliant_in_step_ && !(next.s > 0));
         if (broken_) return;
     }
     now_.end = next;
@@ -204,7 +204,7 @@ double RodBody::base_off() const
 /// The base moves with the free motion to where it is led.
 void RodBody::lead_base(Eigen::VectorXd& rest)
 {
-    if (!gives_in_step_ || base_off() == 0) return;
+    if (!compliant_in_step_ || base_off() == 0) return;
     const double way = led_.fed - now_.end.fed, turn = led_.turned - now_.end.turned,
                  lever = step_.h * step_.rule.end;
     const HeldBase base = held_base(step_.rule.filtered ? now_.end : part_way(step_.rule.end));
@@ -252,12 +252,12 @@ double RodBody::accept_motion_at_sheath(std::vector<Node6>& acting)
 {
     const TimeRule& rule = step_.rule;
     std::array<double, 2> mean{};
-    if (gives_in_step_ && rule.filtered) {
+    if (compliant_in_step_ && rule.filtered) {
         const std::array<double, 2> start = base_forces(state_.end), end = base_forces(now_.end);
         mean = {0.5 * (start[0] + end[0]), 0.5 * (start[1] + end[1])};
         push_ = end[0];
         torque_ = end[1];
-    } else if (gives_in_step_) {
+    } else if (compliant_in_step_) {
         mean = base_forces(part_way(rule.end));
         push_ = mean[0];
         torque_ = mean[1];

@@ -149,7 +149,7 @@ Eigen::VectorXd RodBody::missing_forces(const Motion& m, double t)
     if (!out_of_sheath()) return f;
     const SheathBalance b = sheath_balance(m, t, true);
     balance_at_sheath(b, {}, f);
-    if (gives_in_sheath()) stiffness_at_sheath(b);
+    if (compliant_in_sheath()) stiffness_at_sheath(b);
     return f;
 }
 
@@ -228,7 +228,7 @@ double RodBody::end_memory()
     if (material_) take_sheath_end(now_.end);
     for (std::size_t i = 0; i < now_.nodes.size() && !rule.filtered; ++i)
         taken += excess * (inner_end - inner_start).segment<6>(at6(i)).dot(moved_[i]);
-    if (gives_in_sheath() && !rule.filtered) { // its base moves as it is led
+    if (compliant_in_sheath() && !rule.filtered) { // its base moves as it is led
         const std::array<double, 2> start = base_forces(state_.end), end = base_forces(now_.end);
         taken += excess * ((end[0] - start[0]) * (now_.end.fed - state_.end.fed) +
                            (end[1] - start[1]) * (now_.end.turned - state_.end.turned));

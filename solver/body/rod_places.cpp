@@ -1,6 +1,8 @@
+#include "solver/body/drive.hpp"
 #include "solver/body/rod_body.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 
@@ -15,6 +17,17 @@ constexpr double kHold = 4;
 constexpr double kRope = 10;
 constexpr double kStabilise = 0.1; // on what is compliant, of its own stiffness there
 constexpr double kTautRod = 1e3;   // tension times length squared of EI: bending holds nothing
+
+/// Between two nodes, in space [rad/s].
+Vec3 spin_between(const std::vector<BeamNode>& nodes, const std::vector<Vec6>& velocity,
+                  std::array<int, 2> node, double share)
+{
+    const auto spin = [&](int i) {
+        const auto n = std::size_t(i);
+        return Vec3(rotation_matrix(nodes[n].q) * velocity[n].tail<3>());
+    };
+    return (1 - share) * spin(node[0]) + share * spin(node[1]);
+}
 
 } // namespace
 
@@ -92,7 +105,12 @@ int RodBody::segment_of(const CurvePlace& at) const
 
 bool RodBody::starts_in_sheath(int node) const
 {
-    return material_ && node < nodes_in_sheath();
+    // The node at the sheath's end stands there, whatever material that is.
+    if (!material_) return false;
+    double least = rod_.length;
+    for (const auto& point : input_.fed)
+        least = std::min(least, point[1]);
+    return node <= node_at_end(rod_.length - least);
 }
 
 Curve RodBody::curve() const
@@ -155,9 +173,9 @@ void RodBody::set_contact_forces(std::span<const ContactLoad> loads)
 // too long; the next one does not expect it.
 //
 // On a solid, rows are held too, as if it stood still: at the end of the iteration it does. A rope
-// would go far without contact, and what is left when contact forces take it back is round-off. On
-// the way forces on the rod are off by rho times the solid's motion, which is a small part of them
-// where rho is far below the solid's own stiffness.
+// would move far without contact, and what is left when contact forces take it back is round-off.
+// On the way forces on the rod are off by rho times the solid's motion, which is a small part of
+// them where rho is far below the solid's own stiffness.
 void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
 {
     double compression = 0, tension = 0;                   // the largest [N]
@@ -228,7 +246,7 @@ RodBody::Line RodBody::line(const BodyPlace& at) const
     Line line;
     line.x = p.x;
     line.J = p.J;
-    if (gives_in_sheath() && e == sheath_.node)
+    if (compliant_in_sheath() && e == sheath_.node)
         line.J.leftCols<3>() = along_by_way(now_.nodes, L, t) * along_sheath().transpose();
     line.slope.setZero();
     line.bend.setZero();
@@ -312,10 +330,11 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
     const double there = xi_now(e, xi), share = std::max(there, 0.0);
     const RodPlace p = place_on(now_, e, there);
     Vec12 v = p.J.transpose() * direction;
-    if (gives_in_sheath() && e == sheath_.node && !step_.dynamic)
+    if (compliant_in_sheath() && e == sheath_.node && !step_.dynamic)
         v.head<3>() = along_by_way(now_.nodes, rod_.law[std::size_t(e)].length, xi).dot(direction) *
                       along_sheath();
-    const Vec3 moment = (at.point - p.x).cross(direction);
+    const Vec3 centre = step_.dynamic ? place_on(state_, e, xi).x : p.x;
+    const Vec3 moment = (at.point - centre).cross(direction);
     for (int i = 0; i < 2; ++i)
         v.segment<3>(6 * i + 3) +=
             (i == 0 ? 1 - share : share) *
@@ -339,11 +358,21 @@ Mat3 RodBody::section(const Motion& m, int element, double xi) const
     return rotation_matrix(q.q);
 }
 
+// Contacts of a step of motion are where the step found them, at its start, and so are their arms:
+// the section that has moved on is no centre of theirs. Those at rest, and joints, are at the
+// iterate.
 Vec3 RodBody::displacement(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
     const double now = xi_now(e, xi), share = std::max(now, 0.0);
+    if (step_.dynamic && !at.half_way && !at.turns) { // by the velocities: what forces work on
+        const Vec3 from = place_on(state_, e, xi).x;
+        const Vec3 spin =
+            step_.rule.end * spin_between(now_.nodes, now_.velocity, {e, rod_.second(e)}, share) +
+            spin_between(state_.nodes, past_velocity_, {e, rod_.second(e)}, std::max(xi, 0.0));
+        return place_on(now_, e, now).x - from + step_.h * spin.cross(at.point - from);
+    }
     std::optional<BeamNode> there;
     if (!step_.dynamic) there = place_before(e, xi);
     const Mat3 before = there ? rotation_matrix(there->q) : section(state_, e, xi);
@@ -356,31 +385,31 @@ Vec3 RodBody::displacement(const BodyPlace& at) const
     return x - (there ? there->position() : place_on(state_, e, xi).x) + arm - turned;
 }
 
-Vec3 RodBody::velocity(const BodyPlace& at) const
+Vec3 RodBody::iterate_velocity(const BodyPlace& at) const
 {
     const int e = at.nodes[0].node;
-    const double xi = xi_now(e, at.nodes[0].weight), share = std::max(xi, 0.0);
-    const Vec3 arm = at.point - place_on(now_, e, xi).x;
-    const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
+    const double start = at.nodes[0].weight, xi = xi_now(e, start);
     const Vec3 spin =
-        (1 - share) * (rotation_matrix(now_.nodes[a].q) * now_.velocity[a].tail<3>()) +
-        share * (rotation_matrix(now_.nodes[b].q) * now_.velocity[b].tail<3>());
+        spin_between(now_.nodes, now_.velocity, {e, rod_.second(e)}, std::max(xi, 0.0));
     if (at.turns) return spin;
-    return point_velocity(now_, now_.velocity, e, xi) + spin.cross(arm);
+    const bool of_start = step_.dynamic && !at.half_way;
+    const Vec3 centre = of_start ? place_on(state_, e, start).x : place_on(now_, e, xi).x;
+    return point_velocity(now_, now_.velocity, e, xi) + spin.cross(at.point - centre);
 }
 
 Vec3 RodBody::with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& at) const
 {
-    // The place of the iterate's cross-section, at the state.
     const int e = at.nodes[0].node;
     const double xi = at.nodes[0].weight;
     const double now = xi_now(e, xi);
-    const Vec3 arm = section(state_, e, xi) * (section(now_, e, std::max(now, 0.0)).transpose() *
-                                               (at.point - place_on(now_, e, now).x));
-    const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
-    const Vec3 spin = (1 - xi) * (rotation_matrix(state_.nodes[a].q) * velocity[a].tail<3>()) +
-                      xi * (rotation_matrix(state_.nodes[b].q) * velocity[b].tail<3>());
+    const Vec3 spin = spin_between(state_.nodes, velocity, {e, rod_.second(e)}, xi);
     if (at.turns) return spin;
+    // A joint: the place of the iterate's cross-section, at the state.
+    const Vec3 arm =
+        step_.dynamic && !at.half_way
+            ? Vec3(at.point - place_on(state_, e, xi).x)
+            : Vec3(section(state_, e, xi) * (section(now_, e, std::max(now, 0.0)).transpose() *
+                                             (at.point - place_on(now_, e, now).x)));
     return point_velocity(state_, velocity, e, xi) + spin.cross(arm);
 }
 

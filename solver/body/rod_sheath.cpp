@@ -14,7 +14,7 @@
 // there it is a spring along itself and about itself, whose base is led. The sheath's end is a
 // moving boundary of the material: the node nearest to it stands there, whatever place on the rod
 // that is; the elements beside it change their length and law with the place. A step is
-// Lagrangian: the places that its mesh has at its end are looked up at its start.
+// Lagrangian: the places of its mesh at its end are located at its start.
 //
 // Of the node at the end two unknowns are left. That along the sheath is the way of the material
 // there, over the step: what is prescribed of it brings the node to the end, and what is more has
@@ -27,11 +27,11 @@
 namespace amontons {
 namespace {
 
-constexpr double kShortest = 0.5; // of an element at the sheath's end, of its whole length
-constexpr double kFirstOut = 0.1; // ... of the rod's last one
-constexpr double kGives = 1e-6;   // of an element: less in the sheath is as good as rigid
-constexpr double kLeast = 0.25;   // of an element, of its whole length: Newton's method stops there
-constexpr double kMost = 2;       // ... and there
+constexpr double kShortest = 0.5;   // of an element at the sheath's end, of its whole length
+constexpr double kFirstOut = 0.1;   // ... of the rod's last one
+constexpr double kCompliant = 1e-6; // of an element: less in the sheath is as good as rigid
+constexpr double kLeast = 0.25; // of an element, of its whole length: Newton's method stops there
+constexpr double kMost = 2;     // ... and there
 
 } // namespace
 
@@ -104,22 +104,22 @@ Vec3 RodBody::along_sheath() const
     return first_axis(rod_.nodes[0].q);
 }
 
-bool RodBody::gives_at(double fed) const
+bool RodBody::compliant_at(double fed) const
 {
-    return rod_.length - fed > kGives * whole_[0].length;
+    return rod_.length - fed > kCompliant * whole_[0].length;
 }
 
-bool RodBody::gives_in_sheath() const
+bool RodBody::compliant_in_sheath() const
 {
-    if (step_.dynamic) return gives_in_step_;
-    return out_of_sheath() && gives_at(sheath_.fed);
+    if (step_.dynamic) return compliant_in_step_;
+    return out_of_sheath() && compliant_at(sheath_.fed);
 }
 
 HeldBase RodBody::held_base(const SheathEnd& at) const
 {
     HeldBase base{*material_};
     // Where hardly anything is in the sheath its end is the base, by whatever it is held.
-    if (!gives_at(at.fed)) base.compliance = base.turn_compliance = 1;
+    if (!compliant_at(at.fed)) base.compliance = base.turn_compliance = 1;
     if (at.node < rod_.element_count()) base.next = rod_.s[std::size_t(at.node) + 1];
     base.base_insertion = at.fed;
     base.inserted = at.fed + at.stretch;
@@ -279,7 +279,7 @@ void RodBody::begin_at_sheath()
     if (!input_.plane) next.rotation += next.turned - last.turned; // a guess
     next.s = rod_.length - next.fed - next.stretch;
     next.node = node_at_end(rod_.length - next.fed);
-    if (next.node == rod_.element_count() || !gives_at(next.fed)) {
+    if (next.node == rod_.element_count() || !compliant_at(next.fed)) {
         next.stretch = 0;
         next.rotation = next.turned;
         next.s = rod_.length - next.fed;
@@ -426,7 +426,7 @@ Vec3 RodBody::along_by_way(const std::vector<BeamNode>& nodes, double L, double 
 /// beside what is prescribed. The way is taken out of the motion.
 std::array<double, 2> RodBody::past_sheath_end(Eigen::VectorXd& y) const
 {
-    if (!gives_in_sheath()) return {0, 0};
+    if (!compliant_in_sheath()) return {0, 0};
     const Eigen::Index f = at6(std::size_t(sheath_.node));
     const Vec3 along = along_sheath();
     const BeamNode there = held_in_sheath(sheath_.node);
@@ -459,7 +459,7 @@ double RodBody::share_past_end(double way) const
 /// The material comes out by a way, and turns.
 void RodBody::pass_sheath_end(double way, double turn)
 {
-    if (!gives_in_sheath()) return;
+    if (!compliant_in_sheath()) return;
     SheathEnd next = sheath_;
     next.stretch += way;
     next.rotation += turn;
@@ -483,7 +483,7 @@ double RodBody::accept_at_sheath(std::vector<Node6>& acting)
     const double push = push_, torque = torque_;
     const HeldBase base = held_base(sheath_);
     const bool first = acting_.empty();
-    if (gives_in_sheath()) {
+    if (compliant_in_sheath()) {
         const HeldWire held = held_part(base, base.end());
         push_ = -base.stretch() / held.axial;
         torque_ = (base.base_twist - base.rotation) / held.torsion;
@@ -508,7 +508,7 @@ double RodBody::energy_in_sheath() const
     const HeldBase base = held_base(sheath_);
     const HeldWire held = held_part(base, std::max(base.end(), 0.0));
     double energy = held.bending;
-    if (!gives_in_sheath()) return energy;
+    if (!compliant_in_sheath()) return energy;
     const double turn = base.base_twist - base.rotation;
     energy += 0.5 * base.stretch() * base.stretch() / held.axial + 0.5 * turn * turn / held.torsion;
     return energy;

@@ -43,7 +43,6 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     , small_(small)
     , corotational_(input.motion == "corotational")
     , hyperelastic_(is_hyperelastic(input))
-    , nonlinear_(corotational_ || hyperelastic_)
     , pattern_([this] { return make_pattern(mesh_); })
     , supports_([this] {
         std::vector<SparseMatrix> all;
@@ -75,6 +74,7 @@ SolidBody::SolidBody(const SolidInput& input, VolumeMesh mesh, bool small,
     })
     , exact_tangent_(corotational_)
 {
+    nonlinear_ = corotational_ || hyperelastic_;
     const std::size_t n = mesh_.nodes.size();
     conditions_ = find_conditions(input_, mesh_, file);
     if (hyperelastic_) make_hyperelastic_elements(file);
@@ -400,11 +400,11 @@ void SolidBody::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
             // Pins take the body as a whole with what they hold.
             if (frame_kind() != Frame::floating) {
                 const Eigen::VectorXd by_pins = mean_motion(whole);
-                now_.u += rigid_->R * (felt(mode + by_pins) - by_pins);
+                now_.u += rigid_->R * (constrained_part(mode + by_pins) - by_pins);
             } else { // loads turn with the frame alone
                 const Eigen::VectorXd in_u = mean_motion(now_.u);
                 now_.u -= rigid_->R * in_u;
-                move_frame(now_, felt(mode + in_u));
+                move_frame(now_, constrained_part(mode + in_u));
             }
         }
         update_places(now_);

@@ -41,7 +41,7 @@ struct SolidMatrix {
 ///
 /// The frame holds the reference shape: x = frame (X + u). Prescribed displacements are along the
 /// frame's axes, unknowns too; velocities are those of space.
-class SolidBody : public Body {
+class SolidBody : public Body, public StepMatrix {
 public:
     /// @param mesh    checked; its sets are those of the input's holds and loads
     /// @param small     all of its contacts are of small sliding
@@ -126,13 +126,24 @@ public:
         /// A place at rest X in space, as the frame moves it [m].
         Vec3 place(const Vec3& X) const { return frame * (X + shift); }
     };
-    Unstrained unstrained() const;                                    ///< of the iterate
+    Unstrained unstrained() const; ///< of the iterate
+    /// True if its places are a function of what is prescribed, of its loads and of the contact
+    /// forces alone.
+    virtual bool independent_of_path() const { return false; }
+    /// Displacements of the touching nodes at the iterate, for begin_at() [m].
+    std::vector<Vec3> at_touching() const;
+    /// After begin(), of a body that is independent_of_path(): the iterate has these displacements
+    /// where nothing is prescribed, in place of those of the state; none: those without contact.
+    virtual void begin_at(std::span<const Vec3> /*touching*/) {}
+    /// True if drive_to() has led it.
+    bool led() const { return driven_to_.has_value(); }
     Vec3 moved_from_first(std::span<const StencilEntry> nodes) const; ///< the iterate [m]
     /// Young's modulus, for choosing slaves [Pa].
     double stiffness() const { return material_.youngs_modulus; }
 
+    StepMatrix& matrix() override { return *this; }
+    const StepMatrix& matrix() const override { return *this; }
     int unknowns() const override { return int(unknown_.size()); }
-    bool nonlinear() const override { return nonlinear_; }
     /// True if the last linearise() has kept the earlier matrix; of hyperelastic solids.
     bool matrix_kept() const { return matrix_kept_; }
     /// True if the tangent of the last linearise() is not positive definite: the body moves away
@@ -145,9 +156,11 @@ public:
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
     Vec3 displacement(const BodyPlace& at) const override;
-    Vec3 velocity(const BodyPlace& at) const override;
-    Vec3 start_velocity(const BodyPlace& at) const override;
-    Vec3 past_velocity(const BodyPlace& at) const override;
+    Vec3 velocity(const BodyPlace& at, VelocityAt when) const override
+    {
+        if (when == VelocityAt::iterate) return iterate_velocity(at);
+        return when == VelocityAt::start ? start_velocity(at) : past_velocity(at);
+    }
     Eigen::VectorXd free_change() const override { return free_change_; }
     void compliance(const SparseColumns& C, Eigen::MatrixXd& W) override;
     Eigen::VectorXd solve(const Eigen::VectorXd& force) override;
@@ -156,18 +169,12 @@ public:
     /// Change of the loads on the modes with their amplitudes, m x m [N/m]; empty: none.
     const Eigen::MatrixXd& mode_stiffness() const { return mode_stiffness_; }
     std::string mode_name(const Eigen::VectorXd& a) const override;
-    void set_unconstrained_modes(const Eigen::MatrixXd& directions) override
-    {
-        unconstrained_ = directions;
-    }
     void update(const Eigen::VectorXd& y, const Eigen::VectorXd& mode,
                 const Eigen::VectorXd& force) override;
-    double accepted_step_length() const override { return accepted_step_length_; }
-    std::string fault() const override { return fault_; }
+    BodyOutcome outcome() const override { return {accepted_step_length_, fault_, remark_}; }
     /// A sentence on the energy that the time integration rule generates in the step of a
     /// hyperelastic solid; "" if it is small beside its energy.
     std::string spurious_energy_report();
-    std::string remark() const override { return remark_; }
     /// A sentence on the elements whose law has lost ellipticity at the iterate; "" if there are
     /// none.
     std::string unstable_material_report() const { return unstable_material_report(now_.u); }
@@ -180,15 +187,17 @@ public:
     /// part of its force on held nodes, which is not among H^T r of the unknowns.
     /// @param force  mean over a dynamic step, at the end of a quasi-static one [N]
     virtual void add_reaction(const BodyPlace& at, const Vec3& force);
-    void add_contact_moment(const Vec3& moment) override { contact_moment_ = moment; }
     BodyEnergy accept(const Eigen::VectorXd& force) override;
-    double size() const override { return size_; }
     double speed() const override;
-    double kinetic_energy() const override;
-    Vec3 momentum() const override;
-    Vec3 angular_momentum() const override;
-    std::vector<double> velocities() const override;
-    void set_velocities(std::span<const double> velocities) override;
+    BodyMotion motion() const override
+    {
+        return {kinetic_energy(), momentum(), angular_momentum()};
+    }
+    double kinetic_energy() const;          ///< of the state [J]
+    Vec3 momentum() const;                  ///< linear [kg m/s]
+    Vec3 angular_momentum() const;          ///< about the origin [kg m^2/s]
+    std::vector<double> velocities() const; ///< of all nodes, of the state, 3n [m/s]
+    void swap_velocities(std::vector<double>& velocities) override;
     std::vector<double> state() const override;
     std::vector<double> state_from(const Body& before) const override;
     void set_state(std::span<const double> state) override;
@@ -254,6 +263,9 @@ public:
     void stresses(std::vector<Vec6>& stress, std::vector<double>& energy) const;
 
 protected:
+    Vec3 iterate_velocity(const BodyPlace& at) const;
+    Vec3 start_velocity(const BodyPlace& at) const;
+    Vec3 past_velocity(const BodyPlace& at) const;
     struct Motion {
         Placement frame;
         Eigen::VectorXd u;        ///< in the frame, 3n [m]
@@ -288,7 +300,7 @@ protected:
     /// Amplitudes of the rigid modes nearest to u, of all nodes [m].
     Eigen::VectorXd mean_motion(const Eigen::VectorXd& u) const;
     /// A motion of the modes without those constrained by no contact.
-    Eigen::VectorXd felt(const Eigen::VectorXd& mode) const;
+    Eigen::VectorXd constrained_part(const Eigen::VectorXd& mode) const;
     void move_frame(Motion& m, const Eigen::VectorXd& mode) const; ///< by amplitudes of the modes
     /// W of the columns that came last.
     bool kept_W(const SparseColumns& C, Eigen::MatrixXd& W) const;
@@ -337,18 +349,16 @@ protected:
     std::string file_; ///< the scene's
     VolumeMesh mesh_;
     SolidMaterial material_;
-    bool small_ = false, corotational_ = false, hyperelastic_ = false, nonlinear_ = false;
+    bool small_ = false, corotational_ = false, hyperelastic_ = false;
     bool iterative_ = false, on_all_ranks_ = false;
     int threads_ = 1;
-    Eigen::VectorXd large_load_;    ///< see large_load()
-    Eigen::MatrixXd unconstrained_; ///< see set_unconstrained_modes()
-    double size_ = 0;
+    Eigen::VectorXd large_load_; ///< see large_load()
     double stiffest_ = 0;        ///< largest entry of K [N/m]
     Vec3 middle_ = Vec3::Zero(); ///< mean of the reference places [m]
 
     SolidConditions conditions_; ///< points into input_ and mesh_
 
-    // What only steps ask for is made then: a scene can be checked without.
+    // What only steps need is computed then: a scene can be checked without.
     Late<SolidPattern> pattern_;
     Late<std::vector<SparseMatrix>> supports_; ///< stiffness of each [N/m]
     Late<SparseMatrix> support_;               ///< their sum, of the pattern; 0 x 0: none
@@ -356,7 +366,6 @@ protected:
     bool prepared_ = false;
     Late<SparseMatrix> m_;          ///< mass between nodes, of each axis [kg]; 0 x 0: no density
     Late<Eigen::VectorXd> weights_; ///< of each node in the weight [kg]
-    std::optional<Vec3> contact_moment_;   ///< add_contact_moment
     Late<Eigen::VectorXd> first_momentum_; ///< momentum_ before the first step
     Eigen::VectorXd momentum_; ///< of each node's shape function, of the state [kg m/s]; momenta()
     Late<Eigen::VectorXd> lumped_; ///< 3n [kg]
@@ -462,7 +471,7 @@ protected:
     Eigen::VectorXd reaction_;          ///< of all dofs, in space [N]
     Eigen::VectorXd load_;              ///< of the state, in space [N]
     Eigen::VectorXd last_load_;         ///< of the last residual, in the frame [N]
-    Eigen::VectorXd past_velocity_;     ///< see Body::past_velocity; 3n [m/s]
+    Eigen::VectorXd past_velocity_;     ///< see VelocityAt::past; 3n [m/s]
 
     /// What the generalised-alpha rule carries on, of all dofs, in space.
     struct Memory {

@@ -136,7 +136,7 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
         size = std::max(size, (X - mesh.nodes.front()).norm());
     const std::string body = "/bodies/" + input.name;
     std::map<std::int32_t, std::size_t> seen; // place in c.held of a dof
-    std::set<std::array<std::size_t, 2>> told;
+    std::set<std::array<std::size_t, 2>> reported;
     for (std::size_t i = 0; i < input.hold.size(); ++i) {
         const HoldInput& h = input.hold[i];
         const std::string place = fmt::format("{}/hold/{}/set", body, i);
@@ -160,7 +160,7 @@ SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
                 const bool same = c.affine[first.hold].input || c.affine[i].input
                                       ? same_affine_motion(input, c, first.hold, i, X, axis, size)
                                       : same_motion(first.curve, held.curve);
-                if (same || !told.insert({first.hold, i}).second) continue;
+                if (same || !reported.insert({first.hold, i}).second) continue;
                 c.warnings.push_back(
                     {file, place,
                      fmt::format(

@@ -26,7 +26,7 @@ struct SolidConditions {
         /// Nodes on which the load acts.
         std::vector<std::int32_t> nodes;
         const FaceSet* faces = nullptr; ///< null: a set of nodes
-        Eigen::VectorXd pressure;       ///< forces of 1 Pa, 3n [m^2]; empty: none asked
+        Eigen::VectorXd pressure;       ///< forces of 1 Pa, 3n [m^2]; empty: none requested
         Eigen::VectorXd traction;       ///< of 1 Pa, of each node along one axis, n [m^2]
     };
     struct Support { ///< of each of the scene's
@@ -52,7 +52,7 @@ Eigen::VectorXd held_displacements(const SolidConditions& conditions, const Volu
 /// Whether a prescribed degree of freedom varies in time.
 bool moves(const SolidConditions& conditions, const SolidConditions::Held& held);
 
-/// @throws InputError  sets that the mesh has not, or that cannot carry what is asked of them
+/// @throws InputError  sets that the mesh has not, or that cannot carry the prescribed conditions
 SolidConditions find_conditions(const SolidInput& input, const VolumeMesh& mesh,
                                 const std::string& file);
 

@@ -93,6 +93,14 @@ double SolidBody::prescribed_motion(double from, double to) const
            a.turn.angularDistance(b.turn) * 2 * size_;
 }
 
+std::vector<Vec3> SolidBody::at_touching() const
+{
+    std::vector<Vec3> u;
+    for (const std::int32_t node : touching_)
+        u.push_back(now_.u.segment<3>(3 * node));
+    return u;
+}
+
 SolidBody::Unstrained SolidBody::unstrained() const
 {
     Unstrained whole{now_.frame, Vec3::Zero()};
@@ -173,7 +181,7 @@ Eigen::VectorXd SolidBody::mean_motion(const Eigen::VectorXd& u) const
     return (rigid_->R.transpose() * u).cwiseQuotient(rigid_->R.colwise().squaredNorm().transpose());
 }
 
-Eigen::VectorXd SolidBody::felt(const Eigen::VectorXd& mode) const
+Eigen::VectorXd SolidBody::constrained_part(const Eigen::VectorXd& mode) const
 {
     if (unconstrained_.rows() != mode.size()) return mode;
     return mode - unconstrained_ * (unconstrained_.transpose() * mode);
@@ -203,7 +211,7 @@ Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const
 
 double SolidBody::kinetic_energy() const
 {
-    if (momentum_.size() == 0 && state_.v.isZero(0)) return 0; // the mass is not asked for
+    if (momentum_.size() == 0 && state_.v.isZero(0)) return 0; // the mass is not needed
     const Eigen::VectorXd& p = momenta();
     return p.size() > 0 ? 0.5 * state_.v.dot(p) : 0;
 }
@@ -247,7 +255,7 @@ double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen
     const Vec3 x0 = centre_of(state_.x), x1 = centre_of(now_.x);
     const Eigen::VectorXd contact = into_space(contact_);
     Eigen::VectorXd arms(now_.v.size());
-    Vec3 own = Vec3::Zero(), missing = Vec3::Zero(); // own: of contacts where the nodes go
+    Vec3 own = Vec3::Zero(), missing = Vec3::Zero(); // own: of contacts where the nodes move
     for (std::size_t i = 0; i < now_.x.size(); ++i) {
         const Vec3 arm = now_.x[i] - x1, before = state_.x[i] - x0;
         missing += before.cross(Vec3(momentum_.segment<3>(at3(i)))) +
@@ -280,9 +288,10 @@ std::vector<double> SolidBody::velocities() const
     return {state_.v.data(), state_.v.data() + state_.v.size()};
 }
 
-void SolidBody::set_velocities(std::span<const double> v)
+void SolidBody::swap_velocities(std::vector<double>& velocities)
 {
-    std::ranges::copy(v, state_.v.data());
+    velocities.resize(std::size_t(state_.v.size()));
+    std::ranges::swap_ranges(velocities, std::span(state_.v.data(), velocities.size()));
     if (material_.density > 0) momentum_ = mass_times(state_.v);
     spin_.reset();
 }

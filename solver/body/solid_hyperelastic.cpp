@@ -326,7 +326,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
     if (!step_.dynamic) {
         if (pending_.size() > 0) move += pending_;
         if (mode.size() > 0) {
-            const Eigen::VectorXd by_modes = free_modes_ * felt(mode);
+            const Eigen::VectorXd by_modes = free_modes_ * constrained_part(mode);
             for (std::size_t i = 0; i < unknown_.size(); ++i)
                 move[unknown_[i]] += by_modes[Eigen::Index(i)];
         }
@@ -334,7 +334,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
             pressure -= volume_matrix_ * (volume_compliance_.transpose() * free_part(contact_));
     }
     const Eigen::VectorXd velocity = step_.dynamic ? into_space(whole) : Eigen::VectorXd();
-    const auto go = [&](double share) {
+    const auto try_share = [&](double share) {
         now_ = start;
         if (step_.dynamic) {
             now_.v += share * velocity;
@@ -359,7 +359,7 @@ void SolidBody::change_hyperelastic(const Eigen::VectorXd& whole, const Eigen::V
     const double slope = search ? y.dot(start_residual_ + force) : 0;
     double share = 1;
     for (int k = 0; k <= kMostHalvings; ++k, share *= 0.5) {
-        if (go(share)) {
+        if (try_share(share)) {
             if (!search || !(slope > 0)) break;
             Eigen::VectorXd scale;
             if (y.dot(free_part(residual(scale)) + force) >= -kOvershoot * slope) break;
@@ -406,16 +406,16 @@ void SolidBody::accept_hyperelastic()
         v.state_pressure = v.pressure;
     unstable_ = shift_ > 0 && volumes_.empty();
     remark_.clear();
-    const auto say = [&](const std::string& what) {
+    const auto remark = [&](const std::string& what) {
         remark_ += (remark_.empty() ? "" : "; ") + input_.name + ": " + what;
     };
     if (unstable_)
-        say(std::string(kNotStable) + ": the tangent is not positive");
+        remark(std::string(kNotStable) + ": the tangent is not positive");
     else if (shift_ > 0)
-        say("beyond the largest load: only the prescribed volume holds it");
+        remark("beyond the largest load: only the prescribed volume holds it");
     else if (indefinite_)
-        say("snapped: the tangent was not positive on the way");
-    if (const std::string soft = unstable_material_report(state_.u); !soft.empty()) say(soft);
+        remark("snapped: the tangent was not positive on the way");
+    if (const std::string soft = unstable_material_report(state_.u); !soft.empty()) remark(soft);
 }
 
 /// Where a law that loses its stiffness under pressure has lost it; "" if nowhere.

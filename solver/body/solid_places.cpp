@@ -82,7 +82,7 @@ Vec3 SolidBody::moved_from_first(std::span<const StencilEntry> nodes) const
     return d;
 }
 
-Vec3 SolidBody::velocity(const BodyPlace& at) const
+Vec3 SolidBody::iterate_velocity(const BodyPlace& at) const
 {
     return mean_of(at, [&](std::int32_t node) { return Vec3(now_.v.segment<3>(3 * node)); });
 }

@@ -12,7 +12,7 @@
 // Woodbury):
 //   A^-1 = L^-1 + L^-1 N (1 - S)^-1 N^T L^-1,   S = N^T L^-1 N,
 // and A has as many negative eigenvalues as 1 - S (inertia of a Schur complement). Whether contacts
-// hold them is asked where all bodies are known: solver/step/body_stabilisation.cpp.
+// hold them is decided where all bodies are known: solver/step/body_stabilisation.cpp.
 
 namespace amontons {
 namespace {

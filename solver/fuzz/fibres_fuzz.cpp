@@ -5,7 +5,7 @@
 
 using namespace amontons;
 
-// Directions that are read are unit vectors, as many as asked for, and written out read the same.
+// Directions that are read are unit vectors, as many as requested, and written out read the same.
 extern "C" int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size)
 {
     const std::string_view text(reinterpret_cast<const char*>(data), size);

@@ -21,7 +21,7 @@ constexpr double kUseless = 0.5; // share of a residual that a linear solve leav
 constexpr int kMostNewton = 80;
 constexpr int kPatience = 12;          // iterations without a better error, then the symmetric way
 constexpr int kCertificates = 4;       // tries at a tighter tolerance
-constexpr double kWithin = 0.1;        // of the tolerance: what the loop itself asks for
+constexpr double kWithin = 0.1;        // of the tolerance: the error at which the loop itself ends
 constexpr double kOtherStates = 0.002; // share of the contacts: then the preconditioner is renewed
 
 enum class State : char { open, stick, slip };
@@ -60,7 +60,7 @@ public:
 
     Eigen::VectorXd motion(const Eigen::VectorXd& y) const { return p_.q + p_.C.transpose() * y; }
 
-    /// What the laws ask of the next r and u, linear in them: r = base - D (change of u).
+    /// The laws' conditions on the next r and u, linear in them: r = base - D (change of u).
     struct Linear {
         Eigen::VectorXd base;
         std::vector<Eigen::Matrix3d> D;

@@ -46,10 +46,11 @@ struct LargeContactSolution {
     std::string fault; ///< of the linear solver, if that is why it did not converge; else ""
 };
 
+/// Solves a contact problem of a large solid by Newton's method with iterative linear solves.
 /// @param A     of the solid, without blocks; has others afterwards
 /// @param r     a guess, rows; or empty
-/// @param mean  of an earlier problem of the same matrix: LargeContactSolution::mean_compliance; or
-/// 0
+/// @param mean  LargeContactSolution::mean_compliance of an earlier problem of the same matrix
+///              [m/N]; or 0
 LargeContactSolution solve_large_contact(LargeMatrix& A, const LargeContactProblem& problem,
                                          const Eigen::VectorXd& r, double mean,
                                          const LargeContactOptions& options);

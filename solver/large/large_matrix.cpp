@@ -195,7 +195,7 @@ void LargeMatrix::set_blocks(const std::vector<Block>& blocks, bool symmetric, b
 
 LargeMatrix::Result LargeMatrix::solve(Eigen::VectorXd& f, double tolerance, int most_iterations)
 {
-    // Before the ranks are asked: all of them would end.
+    // Before the ranks are called: all of them would end.
     if (!f.allFinite()) throw LinearFault("a linear system whose right-hand side is not finite");
     AmontonsLargeSolve how{tolerance, most_iterations, 0, 0, 0};
     char message[kMessage] = "";

@@ -22,7 +22,7 @@ int mpirun_rank();
 /// needs is not; "" if they can. Loads PETSc and MPI, and starts neither.
 std::string parallel_fault();
 
-/// MPI over the life of a command. Rank 0 runs the program; other ranks wait for what it asks.
+/// MPI over the life of a command. Rank 0 runs the program; other ranks wait for its orders.
 class ParallelRun {
 public:
     /// Does nothing unless started_by_mpirun().
@@ -65,6 +65,7 @@ public:
     /// Opens the module if it is not open yet; distributes and assembles A.
     /// @param on_all_ranks  of mpirun; else on this one alone
     /// @throws InputError  if the module is missing; std::runtime_error if PETSc fails
+    /// @param of_mass, of_stiffness  factors of M and K in A
     LargeMatrix(const VolumeMesh& mesh, const SolidPattern& pattern, const SolidMaterial& material,
                 double of_mass, double of_stiffness, std::span<const std::int32_t> held,
                 bool on_all_ranks);

@@ -110,7 +110,7 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
 }
 
 /// Iterations of one solve with multigrid: they depend on the mesh's grading, on its elements and
-/// on Poisson's ratio, from 8 to hundreds, and no formula of ours predicts them.
+/// on Poisson's ratio, from 8 to hundreds, and no formula predicts them.
 /// @param most  larger numbers are not counted: then this one is returned
 /// @throws std::runtime_error  if it breaks down
 int tried_iterations(const SolidSize& s, int most, bool on_all_ranks)
@@ -204,11 +204,11 @@ FactorCost factor_cost(const VolumeMesh& mesh, bool analyse)
     return cost_from(mesh, analyse, kFewNodes);
 }
 
-LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& asked, bool dynamic,
-                       double steps, int ranks, bool analyse)
+LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& requested,
+                       bool dynamic, double steps, int ranks, bool analyse)
 {
     LinearPlan plan;
-    plan.asked = asked;
+    plan.requested = requested;
     plan.available = available_memory();
     LinearPath direct, iterative, distributed;
     direct.name = "direct";
@@ -228,11 +228,11 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         const double nodes = double(s.mesh->nodes.size()),
                      elements = double(element_count(*s.mesh));
         const FactorCost cost =
-            factor_cost(*s.mesh, analyse || asked == "auto" || asked == "direct");
+            factor_cost(*s.mesh, analyse || requested == "auto" || requested == "direct");
         const double matrix = 9 * kEntry * cost.couplings;
         const double mesh = kPerNode * nodes + kPerElement * elements;
         const double dense = (dynamic ? kDenseInMotion : kDense) * 8 * s.rows * s.rows;
-        // `check` has the time to look closely where the choice does not have it.
+        // `check` has the time for a closer analysis, the choice does not.
         const double entries =
             analyse ? cost_from(*s.mesh, true, kVeryFewNodes).entries : cost.entries;
         direct.memory += mesh + matrix + 8 * entries + dense;
@@ -287,9 +287,9 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     const double room = kMemoryShare * plan.available;
     const auto fits = [&](const LinearPath& p) { return p.memory_here <= room; };
     const auto choose = [&] {
-        plan.taken = asked;
-        plan.why = "asked for";
-        if (asked != "auto") return;
+        plan.taken = requested;
+        plan.why = "requested";
+        if (requested != "auto") return;
         const LinearPath* best = nullptr;
         int could = 0;
         for (const LinearPath& p : plan.paths) {
@@ -325,7 +325,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
     const bool close_call = plan.taken == "direct" && way.possible && fits(way) &&
                             way.seconds < kCloseCall * direct.seconds &&
                             trial < kTrialShare * direct.seconds && parallel_fault().empty();
-    if (asked == "auto" && direct.possible && fits(direct) &&
+    if (requested == "auto" && direct.possible && fits(direct) &&
         (plan.taken != "direct" || close_call)) {
         const std::string tried = plan.taken != "direct" ? plan.taken : other;
         const double enough =
@@ -356,7 +356,7 @@ LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& 
         plan.refusal = fmt::format("{}: {}", taken.name, taken.why);
     else if (!fits(taken)) {
         for (const LinearPath& p : plan.paths)
-            if (p.possible && (asked == "auto" || p.name == asked))
+            if (p.possible && (requested == "auto" || p.name == requested))
                 plan.refusal += fmt::format("{}{} needs {}", plan.refusal.empty() ? "" : ", ",
                                             p.name, gigabytes(p.memory_here));
         plan.refusal +=

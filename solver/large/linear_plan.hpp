@@ -22,7 +22,7 @@ struct SolidSize {
     std::string only_direct; ///< why its systems cannot be iterated on; "": they can
     SolidMaterial material;
     double of_mass = 0, of_stiffness = 1;            ///< in the matrix of a step: factors
-    std::function<std::vector<std::int32_t>()> held; ///< degrees of freedom; asked for by a trial
+    std::function<std::vector<std::int32_t>()> held; ///< degrees of freedom; called by a trial
 };
 
 /// One method: memory, time, and the reason if it is impossible.
@@ -37,8 +37,8 @@ struct LinearPath {
 
 /// Predictions and the choice of a linear solver.
 struct LinearPlan {
-    /// As the scene asks; the method chosen; the reason.
-    std::string asked = "auto", taken, why;
+    /// The method that the scene requests; the method chosen; the reason.
+    std::string requested = "auto", taken, why;
     std::string refusal;       ///< "" unless the path taken does not fit, or is not possible
     double available = 0;      ///< memory that this process may still take [bytes]
     int tried_iterations = 0;  ///< of one solve by multigrid; 0: none was tried
@@ -52,13 +52,13 @@ struct LinearPlan {
 /// [bytes]
 double available_memory();
 
-/// @param asked  "auto" or a path's name
+/// @param requested  "auto" or a path's name
 /// @param steps   about how many
 /// @param ranks   of mpirun
 /// Where a factor and iterations both fit, "auto" tries one solve, which starts MPI and PETSc.
-/// @param analyse  factors of large meshes that are not asked for as well: some seconds
-LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& asked, bool dynamic,
-                       double steps, int ranks, bool analyse);
+/// @param analyse  also factors of large meshes that are not requested: some seconds
+LinearPlan plan_linear(const std::vector<SolidSize>& solids, const std::string& requested,
+                       bool dynamic, double steps, int ranks, bool analyse);
 
 /// Entries of L and operations of one factor of a solid, nodes in METIS's order; from the mesh
 /// alone.

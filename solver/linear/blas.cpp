@@ -29,24 +29,24 @@ const ThreadCalls& calls()
     return found;
 }
 
-/// Who asks for how many: the setting is the process's.
+/// Requested numbers of threads, by user: the setting is the process's.
 struct Users {
     std::mutex mutex;
-    std::multiset<int> asked;
+    std::multiset<int> requested;
     int before = 0; ///< of the first
 
     void enter(int threads)
     {
         const std::lock_guard lock(mutex);
-        if (asked.empty()) before = calls().blas_threads();
-        asked.insert(threads);
-        set(*asked.begin());
+        if (requested.empty()) before = calls().blas_threads();
+        requested.insert(threads);
+        set(*requested.begin());
     }
     void leave(int threads)
     {
         const std::lock_guard lock(mutex);
-        asked.erase(asked.find(threads));
-        set(asked.empty() ? before : *asked.begin());
+        requested.erase(requested.find(threads));
+        set(requested.empty() ? before : *requested.begin());
     }
 
 private:
@@ -77,7 +77,7 @@ BlasThreads::BlasThreads(OneEach) : threads_(1)
 BlasThreads::BlasThreads(int threads) : threads_(threads)
 {
     if (can_set()) users().enter(threads_);
-    // CHOLMOD asks OpenMP for four threads whatever the machine; with no active level it gets one.
+    // CHOLMOD requests four threads of OpenMP on any machine; with no active level it gets one.
     // This setting is of each thread that makes regions.
     if (threads == 1 && calls().levels && calls().set_levels) {
         levels_before_ = calls().levels();

@@ -8,7 +8,7 @@ namespace amontons {
 double symmetrise(BlockTridiagonal& A)
 {
     double worst = 0;
-    const auto meet = [&](Block6& a, Block6& b) { // b is the transposed of a, or should be
+    const auto average = [&](Block6& a, Block6& b) { // b is the transposed of a, or should be
         double difference = 0, size = 0;
         for (int i = 0; i < 6; ++i)
             for (int j = 0; j < 6; ++j) {
@@ -20,8 +20,8 @@ double symmetrise(BlockTridiagonal& A)
         if (size > 0) worst = std::max(worst, std::sqrt(difference / size));
     };
     for (int i = A.first(); i < A.size(); ++i) {
-        meet(A.diagonal(i), A.diagonal(i));
-        if (i + 1 < A.size()) meet(A.upper(i), A.lower(i));
+        average(A.diagonal(i), A.diagonal(i));
+        if (i + 1 < A.size()) average(A.upper(i), A.lower(i));
     }
     return worst;
 }

@@ -27,7 +27,7 @@ template <class Function> void find(void* library, const char* name, Function*& 
 
 LoadedCholmod opened()
 {
-    // With its BLAS, whose names are then found among all: BlasThreads asks which one it is. Its
+    // With its BLAS, whose names are then found among all: BlasThreads determines which one it is. Its
     // thousands of functions are bound where they are first called: all at once takes 3 ms.
     void* const library = ::dlopen(AMONTONS_CHOLMOD_FILE, RTLD_LAZY | RTLD_GLOBAL);
     if (!library) {

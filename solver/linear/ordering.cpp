@@ -13,7 +13,7 @@
 namespace amontons {
 namespace {
 
-constexpr idx_t kSeed = 1; // METIS draws at random; ours is always the same
+constexpr idx_t kSeed = 1; // METIS uses random numbers; with this seed the order is always the same
 /// Orders differ by a tenth in the work of the factor, which takes far longer than they do on large
 /// graphs: of as many the best.
 constexpr idx_t kTries = 4;
@@ -97,7 +97,7 @@ Lists node_graph(const Eigen::SparseMatrix<double>& A, std::span<const std::int3
         AMONTONS_ASSERT(node >= 0);
         nodes = std::max(nodes, node + 1);
     }
-    // Dofs of each node first, so that its neighbours are found in one go; then every edge is
+    // Dofs of each node first, so that its neighbours are found in one pass; then every edge is
     // entered at both ends, as a matrix may hold one triangle only.
     std::vector<std::int64_t> begin(std::size_t(nodes) + 1, 0);
     for (const std::int32_t node : node_of_dof)

@@ -56,7 +56,7 @@ struct SupernodalFactor::Parts {
     std::vector<std::int32_t> of_column, parent;
     mutable RowBlock block;
     mutable std::vector<double> work;
-    mutable std::vector<char> reached, wanted;
+    mutable std::vector<char> reached, needed;
 
     bool opened = false; // common: CHOLMOD is not loaded for factors that are never made
     Parts() = default;
@@ -113,7 +113,7 @@ struct SupernodalFactor::Parts {
     void mark_ways(std::span<const std::int32_t> dofs, std::vector<char>& marks) const;
 };
 
-/// The first place whose pivot is not a number > 0, or -1. CHOLMOD's own test lets not-a-number
+/// The first place whose pivot is not a number > 0, or -1. CHOLMOD's own test accepts not-a-number
 /// pass, as every comparison with it is false.
 std::int32_t SupernodalFactor::Parts::wrong_pivot() const
 {
@@ -438,7 +438,7 @@ void SupernodalFactor::inverse_part(std::span<const std::int32_t> rows,
     if (rows.empty() || columns.empty()) return;
     const Supernodes L = p.supernodes();
     const BlasThreads one_each{BlasThreads::OneEach{}};
-    p.mark_ways(rows, p.wanted);
+    p.mark_ways(rows, p.needed);
     const auto fill = [&](std::size_t first, RowBlock& block, std::vector<double>& work,
                           std::vector<char>& reached) {
         const auto some =
@@ -446,12 +446,12 @@ void SupernodalFactor::inverse_part(std::span<const std::int32_t> rows,
         p.mark_ways(some, reached);
         block.resize(L.size(), Eigen::Index(some.size()));
         for (std::int32_t s = 0; s < L.count(); ++s)
-            if (reached[std::size_t(s)] || p.wanted[std::size_t(s)])
+            if (reached[std::size_t(s)] || p.needed[std::size_t(s)])
                 block.middleRows(L.first[std::size_t(s)], L.width(s)).setZero();
         for (std::size_t c = 0; c < some.size(); ++c)
             block(p.place[std::size_t(some[c])], Eigen::Index(c)) = 1;
         forward(L, reached, block, work);
-        backward(L, p.wanted, block, work);
+        backward(L, p.needed, block, work);
         for (std::size_t r = 0; r < rows.size(); ++r)
             out.row(Eigen::Index(r)).segment(Eigen::Index(first), Eigen::Index(some.size())) =
                 block.row(p.place[std::size_t(rows[r])]);
@@ -496,11 +496,11 @@ double SupernodalFactor::inverse_part_flops(std::span<const std::int32_t> rows) 
 {
     const Parts& p = *parts_;
     if (rows.empty()) return 0;
-    p.mark_ways(rows, p.wanted);
+    p.mark_ways(rows, p.needed);
     const Supernodes L = p.supernodes();
     double operations = 0; // once forward, once backward
     for (std::int32_t s = 0; s < L.count(); ++s)
-        if (p.wanted[std::size_t(s)])
+        if (p.needed[std::size_t(s)])
             operations += 2.0 * L.width(s) * (2.0 * L.height(s) - L.width(s));
     return operations;
 }

@@ -1,6 +1,6 @@
 #include "solver/material/law.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,7 @@ template <class Number> void add_diagonal(double v, Response<Number>& out)
         out.D[of_triangle(p, p)] += p < 3 ? v : 0.5 * v;
 }
 
-/// Adds it where axes meet each other.
+/// Adds it for pairs of axes.
 template <class Number> void add_block(double v, Response<Number>& out)
 {
     for (std::size_t p = 0; p < 3; ++p)

@@ -184,7 +184,7 @@ template <class Number> Strain<Number> strain_of(const Gradient<Number>& F)
     return s;
 }
 
-/// Adds the volumetric part: energy, stress and, if asked, tangent.
+/// Adds the volumetric part: energy, stress and, if requested, tangent.
 template <class Number> void Response<Number>::add_volume(const Strain<Number>& at, bool tangent)
 {
     constexpr std::size_t axes[6][2] = {{0, 0}, {1, 1}, {2, 2}, {0, 1}, {1, 2}, {0, 2}};

@@ -1,7 +1,7 @@
 #pragma once
 
 #include "solver/output/beam_tube.hpp"
-#include "solver/output/contact_bodies.hpp"
+#include "solver/record/contact_bodies.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <string>
@@ -16,8 +16,9 @@ std::string contacts_bytes(const StepRecord& step, const ContactBodies& bodies);
 /// The middle line: VTP. @param time  [s]
 std::string beam_bytes(const BeamRecord& beam, double time);
 /// Elements: VTU; else triangles: VTP.
+/// @param time  of the step [s]
 std::string body_bytes(const BodyRecord& body, double time);
-/// The surface around a middle line, in single precision: VTP.
+/// The surface around a middle line at a time [s], in single precision: VTP.
 std::string tube_bytes(const TubeSurface& tube, double time);
 
 } // namespace amontons

@@ -54,7 +54,7 @@ constexpr Column kLast[] = {
     {"correction_seconds [s]", [](const StepRecord& r) { return r.phases.correction; }},
 };
 
-/// What a link names is not ours to write.
+/// A file that a link names is never written.
 void write_file_in_place_of_link(const std::string& path, std::string_view bytes)
 {
     std::error_code error;

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/step_record.hpp"
+#include "solver/record/step_record.hpp"
 
 #include <cstdint>
 #include <string>

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/view_frame.hpp"
+#include "solver/output/vtk/view_frame.hpp"
 
 #include <cstdint>
 #include <string>

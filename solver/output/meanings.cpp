@@ -9,7 +9,7 @@ namespace {
 
 using enum Meaning::Form;
 
-// Tables whose rows are quantities come first: meaning_of looks there.
+// Tables whose rows are quantities come first: meaning_of searches there.
 constexpr std::size_t kQuantityTables = 3;
 
 std::vector<MeaningTable> make_tables()
@@ -151,7 +151,7 @@ std::vector<MeaningTable> make_tables()
           {"certificate_error", "",
            "Error of forces and gaps at the end of the step, recomputed, relative ([what it "
            "covers](theory/certificate.md))."},
-          {"certificate_tolerance", "", "What was asked for, or what numbers allow."},
+          {"certificate_tolerance", "", "The requested tolerance, or what round-off allows."},
           {"worst_penetration", "m", "Largest negative gap of a contact, as a positive number."},
           {"worst_overlap", "m",
            "Largest overlap of surfaces, measured on them; empty or nan: not measured."},

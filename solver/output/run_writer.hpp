@@ -12,7 +12,7 @@
 
 namespace amontons {
 
-/// Where a run is written, and how it was asked for.
+/// Where a run is written, and the command that started it.
 struct RunWriterOptions {
     /// Folder of the run's files.
     std::string directory;
@@ -44,7 +44,7 @@ public:
     /// Makes the folder, locks it for as long as the writer lives, and the manifest (status
     /// "running"). What was there stays until all that the run begins with is on the disk. With
     /// `resume`, restores the simulation from the checkpoint and cuts the history there.
-    /// @param simulation  outlives the writer; asked for its state after a step
+    /// @param simulation  outlives the writer, which reads its state after a step
     /// @throws InputError  folder that cannot be made or written, or that another process works in;
     ///                     missing, damaged or foreign
     ///                     checkpoint (nothing is changed then)

@@ -1,7 +1,7 @@
 #pragma once
 
-#include "solver/output/contact_bodies.hpp"
-#include "solver/output/view_frame.hpp"
+#include "solver/output/vtk/view_frame.hpp"
+#include "solver/record/contact_bodies.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <map>
@@ -20,6 +20,7 @@ public:
     }
 
     /// The frame of a step.
+    /// @param time  of the step [s]
     ViewFrame frame(double time, const std::vector<BeamRecord>& beams,
                     const std::vector<BodyRecord>& bodies,
                     const std::vector<ContactRecord>& contacts);

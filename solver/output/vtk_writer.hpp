@@ -9,7 +9,7 @@
 #include <vector>
 
 // VTK's XML files as ParaView reads them: VTP, VTU (raw appended data) and PVD. The bytes are
-// made in memory; who writes them decides how (write_file makes it atomic).
+// made in memory; the caller writes them (write_file does so atomically).
 // Source: VTK's "XML File Formats" page; each file is checked against VTK's reader in a test.
 
 namespace amontons {

@@ -1,7 +1,7 @@
 #include "solver/program/changed_simulation.hpp"
 
+#include "solver/obstacle/build.hpp"
 #include "solver/program/session.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 
 namespace amontons {
@@ -38,9 +38,9 @@ void ChangedSimulation::change(const std::string& line)
         next->take_over(*now_);
         now_ = std::move(next);
         overrides_ = std::move(overrides);
-        session_.say("set " + line);
+        session_.print_line("set " + line);
     } catch (const InputError& error) {
-        session_.say(std::string("not set: ") + error.what());
+        session_.print_line(std::string("not set: ") + error.what());
     }
 }
 

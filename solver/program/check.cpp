@@ -1,13 +1,13 @@
 // amontons check SCENE: validates, prints the plan, runs nothing.
 
 #include "solver/large/large_matrix.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/output/meanings.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/json_text.hpp"
-#include "solver/scene/plan.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/step/plan.hpp"
 
 #include <CLI/CLI.hpp>
 #include <algorithm>

@@ -5,6 +5,7 @@
 #include "haptics/session/hand_run.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/output/view_maker.hpp"
 #include "solver/program/haptic_studio.hpp"
@@ -14,7 +15,6 @@
 #include "solver/program/scene_lines.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <CLI/CLI.hpp>
@@ -32,7 +32,7 @@ struct HapticArguments {
     bool view = false;
     bool free = false; ///< no passivity control
     // of the engine of amontons studio
-    int frames = -1; ///< where frames go
+    int frames = -1; ///< where frames are written
     std::string results;
 };
 
@@ -50,8 +50,8 @@ void make_output(const std::string& folder)
         throw InputError({{folder, "", found, "a folder that can be made and written to"}});
 }
 
-/// What the page asks for and is shown while the run lasts.
-void give_to_studio(HapticStudio& studio, HandRunHooks& hooks, const HandRun& run, bool by_clock)
+/// Requests of the page, and what it shows, while the run lasts.
+void connect_studio(HapticStudio& studio, HandRunHooks& hooks, const HandRun& run, bool by_clock)
 {
     const auto resolved = std::make_shared<std::string>(); // empty: not made of the scene as it is
     hooks.changes = [&, resolved] {
@@ -63,21 +63,21 @@ void give_to_studio(HapticStudio& studio, HandRunHooks& hooks, const HandRun& ru
     };
     hooks.changed = [&studio, resolved](const std::string& line, const std::string& refusal,
                                         const HandleLink& link) {
-        studio.tell_change(line, link.time(), refusal);
+        studio.report_change(line, link.time(), refusal);
         if (refusal.empty()) resolved->clear();
     };
     hooks.ticks = [&studio, by_clock, stiffness = run.settings().link.spring.stiffness](
                       std::span<const TickRecord> ticks, const HandleLink& link) {
-        studio.tell_health(ticks, link, stiffness, by_clock);
+        studio.report_health(ticks, link, stiffness, by_clock);
     };
     hooks.after_step = [&, frames = std::make_shared<std::optional<ViewMaker>>()](
                            const HandleLink& link, const std::vector<Obstacle>& obstacles,
                            bool remade) {
-        if (!studio.wants_frame()) {
+        if (!studio.frame_requested()) {
             if (remade) frames->reset();
             return;
         }
-        const bool whole = studio.wants_whole();
+        const bool whole = studio.whole_requested();
         if (whole || remade || !*frames) frames->emplace(obstacles, contact_bodies(run.scene()));
         studio.send((*frames)->frame(link.time(), link.beam_records(), link.body_records(),
                                      link.contact_records()),
@@ -108,7 +108,7 @@ void haptic(HapticArguments& a, Session& session)
     }
     run.prepare([](const Scene& s) { return build_obstacles(s); });
     for (const std::string& w : run.warnings())
-        session.say("warning: " + w);
+        session.print_line("warning: " + w);
 
     std::optional<Viewer> viewer;
 
@@ -118,13 +118,13 @@ void haptic(HapticArguments& a, Session& session)
     std::optional<ViewMaker> frames;
     SceneLines lines;
     HandRunHooks hooks;
-    hooks.say = [&](const std::string& text) { session.say(text); };
+    hooks.print_line = [&](const std::string& text) { session.print_line(text); };
     if (viewer) {
         hooks.changes = [&] { return lines.take(session); };
         hooks.after_step = [&](const HandleLink& link, const std::vector<Obstacle>& obstacles,
                                bool remade) {
             if (!frames || remade) frames.emplace(obstacles, contact_bodies(scene));
-            if (viewer->wants())
+            if (viewer->frame_due())
                 viewer->offer(frames->frame(link.time(), link.beam_records(), link.body_records(),
                                             link.contact_records()));
         };
@@ -135,7 +135,7 @@ void haptic(HapticArguments& a, Session& session)
         session.quiet = true; // messages are sent to the page
         const HapticSettings& set = run.settings();
         studio.emplace(a.frames, session, stop, set.loop.period, 1 / set.link.condense.period);
-        give_to_studio(*studio, hooks, run, !a.how.virtual_time);
+        connect_studio(*studio, hooks, run, !a.how.virtual_time);
     }
     HapticOutcome out = run.run(hooks, stop);
     if (viewer) {
@@ -152,7 +152,7 @@ void haptic(HapticArguments& a, Session& session)
     }
     if (out.status == "interrupted") session.exit_code = kInterrupted;
     if (studio)
-        studio->tell_report(run.table(out));
+        studio->write_report_event(run.table(out));
     else if (session.json)
         session.print(run.json(out));
     else if (!session.quiet)

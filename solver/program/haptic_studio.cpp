@@ -1,6 +1,6 @@
 #include "solver/program/haptic_studio.hpp"
 
-#include "haptics/summary.hpp"
+#include "haptics/time/summary.hpp"
 #include "solver/program/serve_request.hpp"
 #include "solver/scene/json_text.hpp"
 
@@ -22,7 +22,7 @@ void write_vector(JsonText& json, const char* name, const Vec3& x)
 
 } // namespace
 
-LoopHealth LoopWatch::look(std::span<const TickRecord> ticks, bool by_clock)
+LoopHealth LoopWatch::update(std::span<const TickRecord> ticks, bool by_clock)
 {
     LoopHealth h;
     if (ticks.empty()) return h;
@@ -89,7 +89,7 @@ void HapticStudio::answer(const std::string& line, const std::string& scene,
     json.open('{').key("id").json(r.id);
     if (r.issues.empty()) switch (r.what) {
         case What::frame:
-            frames_.want(r.after, r.whole);
+            frames_.request_frame(r.after, r.whole);
             json.member("ok", true);
             break;
         case What::set:
@@ -118,7 +118,7 @@ void HapticStudio::answer(const std::string& line, const std::string& scene,
     session_.print(json.close('}').text() + "\n");
 }
 
-void HapticStudio::tell_change(const std::string& line, double time, const std::string& refusal)
+void HapticStudio::report_change(const std::string& line, double time, const std::string& refusal)
 {
     JsonText json(false);
     json.open('{').member("event", "set").member("line", line).member("ok", refusal.empty());
@@ -126,7 +126,7 @@ void HapticStudio::tell_change(const std::string& line, double time, const std::
     session_.print(json.close('}').text() + "\n");
 }
 
-bool HapticStudio::wants_frame()
+bool HapticStudio::frame_requested()
 {
     frames_.changed();
     return frames_.due();
@@ -139,13 +139,13 @@ void HapticStudio::send(ViewFrame frame, bool whole, const HandleLink& link)
     if (!send_frame(stream_, bytes)) stop_ = true;
 }
 
-void HapticStudio::tell_health(std::span<const TickRecord> ticks, const HandleLink& link,
-                               double stiffness, bool by_clock)
+void HapticStudio::report_health(std::span<const TickRecord> ticks, const HandleLink& link,
+                                 double stiffness, bool by_clock)
 {
     ++steps_;
     const double seconds = since_health_.seconds();
-    if (ticks.empty() || (told_ && seconds < kHealthPause)) return;
-    const LoopHealth h = watch_.look(ticks, by_clock);
+    if (ticks.empty() || (reported_ && seconds < kHealthPause)) return;
+    const LoopHealth h = watch_.update(ticks, by_clock);
     JsonText json(false);
     json.open('{').member("event", "haptic").member("time", h.time);
     json.member("rate", h.rate).member("rate_aim", 1 / period_);
@@ -154,7 +154,7 @@ void HapticStudio::tell_health(std::span<const TickRecord> ticks, const HandleLi
     json.member("p99", h.p99).member("late_p99", h.late_p99);
     json.member("energy", h.last.energy).member("state", name(h.last.state));
     json.member("reason", h.last.state == SafetyState::running ? "" : reason(h.last.state));
-    if (told_) json.member("step_rate", (steps_ - steps_before_) / seconds);
+    if (reported_) json.member("step_rate", (steps_ - steps_before_) / seconds);
     json.member("step_rate_aim", step_rate_).member("refused_steps", link.refused());
     json.member("contacts", h.last.proxy.contacts);
     write_vector(json, "force", h.last.sent.force);
@@ -165,10 +165,10 @@ void HapticStudio::tell_health(std::span<const TickRecord> ticks, const HandleLi
     session_.print(json.close('}').text() + "\n");
     steps_before_ = steps_;
     since_health_ = {};
-    told_ = true;
+    reported_ = true;
 }
 
-void HapticStudio::tell_report(const std::string& text)
+void HapticStudio::write_report_event(const std::string& text)
 {
     JsonText json(false);
     json.open('{').member("event", "report").member("text", text);

@@ -31,7 +31,7 @@ public:
     explicit LoopWatch(double period) : period_(period) {}
     /// @param ticks  all so far, those of before among them
     /// @param by_clock  false: in virtual time no tick is left out or late
-    LoopHealth look(std::span<const TickRecord> ticks, bool by_clock);
+    LoopHealth update(std::span<const TickRecord> ticks, bool by_clock);
 
 private:
     double period_;
@@ -39,18 +39,18 @@ private:
     long by_work_ = 0;
 };
 
-/// A haptic run as the engine of `amontons studio`: requests come on stdin, answers and events go
-/// to stdout, one JSON document a line, frames to a descriptor (docs/studio.md). All in the thread
-/// of the simulation: the loop's own never waits for it.
+/// A haptic run as the engine of `amontons studio`: requests are read from stdin, answers and
+/// events written to stdout, one JSON document a line, frames to a descriptor (docs/studio.md). All
+/// in the thread of the simulation: the loop's own never waits for it.
 class HapticStudio {
 public:
-    /// @param frames     where frames go
+    /// @param frames     where frames are written
     /// @param period     of the loop [s]
     /// @param step_rate  that the simulation aims at [1/s]
     HapticStudio(int frames, Session& session, std::atomic<bool>& stop, double period,
                  double step_rate);
 
-    /// A change of the scene that is asked for.
+    /// A requested change of the scene.
     struct Change {
         std::string path, value; ///< value: JSON
     };
@@ -58,18 +58,18 @@ public:
     /// @param scene  with every default, as JSON
     std::vector<Change> take(const std::string& scene);
     /// A change is made, or is not: "" or why not.
-    void tell_change(const std::string& line, double time, const std::string& refusal);
+    void report_change(const std::string& line, double time, const std::string& refusal);
 
     /// A step was taken: the frame that is waited for is sent.
-    bool wants_frame();
-    bool wants_whole() const { return frames_.next_is_whole(); }
+    bool frame_requested();
+    bool whole_requested() const { return frames_.next_is_whole(); }
     void send(ViewFrame frame, bool whole, const HandleLink& link);
 
     /// Ten times a second: how the loop fares, and the place of the simulation's handle.
-    void tell_health(std::span<const TickRecord> ticks, const HandleLink& link, double stiffness,
-                     bool by_clock);
+    void report_health(std::span<const TickRecord> ticks, const HandleLink& link, double stiffness,
+                       bool by_clock);
     /// At the end: what the run came to.
-    void tell_report(const std::string& text);
+    void write_report_event(const std::string& text);
 
 private:
     void answer(const std::string& line, const std::string& scene, std::vector<Change>& changes);
@@ -82,7 +82,7 @@ private:
     LoopWatch watch_;
     double period_, step_rate_;
     Stopwatch since_health_;
-    bool told_ = false;
+    bool reported_ = false;
     int steps_ = 0, steps_before_ = 0;
 };
 

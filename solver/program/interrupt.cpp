@@ -10,12 +10,12 @@ namespace {
 
 // A signal handler can reach nothing but globals.
 std::atomic<bool> stop_flag{false};
-std::atomic<bool> signal_came{false};
+std::atomic<bool> signal_arrived{false};
 static_assert(std::atomic<bool>::is_always_lock_free);
 
 void on_signal(int)
 {
-    if (signal_came.exchange(true)) ::_exit(kInterrupted);
+    if (signal_arrived.exchange(true)) ::_exit(kInterrupted);
     stop_flag = true;
 }
 
@@ -37,7 +37,7 @@ std::atomic<bool>& stop_on_interrupt()
 
 bool was_interrupted()
 {
-    return signal_came;
+    return signal_arrived;
 }
 
 } // namespace amontons

@@ -9,7 +9,7 @@
 namespace amontons {
 
 /// A signal that comes between the test of the flag and the wait would be waited past: they are
-/// let in by the wait alone.
+/// delivered during the wait alone.
 bool LineReader::wait(double patience)
 {
     sigset_t signals, before;
@@ -20,11 +20,11 @@ bool LineReader::wait(double patience)
     pollfd in{STDIN_FILENO, POLLIN, 0};
     const timespec most{static_cast<time_t>(patience),
                         static_cast<long>(1e9 * (patience - std::floor(patience)))};
-    int came = 0;
-    while (!stop_ && (came = ::ppoll(&in, 1, patience < 0 ? nullptr : &most, &before)) < 0 &&
+    int ready = 0;
+    while (!stop_ && (ready = ::ppoll(&in, 1, patience < 0 ? nullptr : &most, &before)) < 0 &&
            errno == EINTR) {
     }
-    silent_ = came == 0;
+    silent_ = ready == 0;
     ::pthread_sigmask(SIG_SETMASK, &before, nullptr);
     return !stop_;
 }

@@ -9,9 +9,9 @@
 
 namespace amontons {
 
-void LiveFrames::want(std::uint64_t after, bool whole)
+void LiveFrames::request_frame(std::uint64_t after, bool whole)
 {
-    wanted_ = Wanted{after, whole};
+    request_ = FrameRequest{after, whole};
 }
 
 void LiveFrames::changed()
@@ -24,12 +24,12 @@ void LiveFrames::changed()
 
 bool LiveFrames::due() const
 {
-    return wanted_ && (wanted_->whole || state_ > wanted_->after);
+    return request_ && (request_->whole || state_ > request_->after);
 }
 
 std::string LiveFrames::take(ViewFrame frame, bool whole, std::int64_t step, double time, bool done)
 {
-    wanted_.reset();
+    request_.reset();
     if (whole) shown_.clear();
     std::erase_if(frame.shapes, [&](const ViewShape& s) {
         auto [at, is_new] = shown_.try_emplace(s.name, s.points, s.values);

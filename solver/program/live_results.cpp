@@ -2,8 +2,8 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/base/file.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/output/output_folder.hpp"
-#include "solver/scene/build.hpp"
 
 #include <cerrno>
 #include <cstring>

@@ -110,7 +110,7 @@ void keep_memory()
 
 /// The server of studio hands on frames of megabytes by many threads and computes nothing: what it
 /// frees is given back to the system.
-void give_back_memory()
+void return_memory()
 {
 #ifdef __GLIBC__
     mallopt(M_ARENA_MAX, 2);
@@ -120,7 +120,7 @@ void give_back_memory()
 
 /// OpenBLAS, when it is loaded, starts a thread for each processor, and idle ones spin for a while:
 /// a tenth of a second of processor time in a run that uses one. BlasThreads starts those that are
-/// asked for.
+/// requested.
 void no_idle_blas_threads()
 {
     ::setenv("OPENBLAS_NUM_THREADS", "1", 0); // what the user has set stays
@@ -137,7 +137,7 @@ int main(int argc, char** argv)
     // A run leaves a folder that --resume understands, however early it is interrupted.
     if (is_named("run") || is_named("serve") || is_named("studio")) stop_on_interrupt();
     if (is_named("studio"))
-        give_back_memory();
+        return_memory();
     else
         keep_memory();
     no_idle_blas_threads();
@@ -147,8 +147,8 @@ int main(int argc, char** argv)
     Session session;
     session.arguments.assign(argv, argv + argc);
     // Where an option before it is wrong, it is not read.
-    const bool wants_json = std::find(session.arguments.begin(), session.arguments.end(),
-                                      "--json") != session.arguments.end();
+    const bool json_requested = std::find(session.arguments.begin(), session.arguments.end(),
+                                          "--json") != session.arguments.end();
     CLI::App program("Certified solver for many-body contact with Coulomb friction.", "amontons");
     program.require_subcommand(1);
     program.fallthrough();
@@ -181,10 +181,10 @@ int main(int argc, char** argv)
         program.parse(argc, argv);
         return session.exit_code;
     } catch (const CLI::ParseError& error) {
-        session.json |= wants_json;
+        session.json |= json_requested;
         return report_arguments(program, error, session);
     } catch (const InputError& error) {
-        session.json |= wants_json;
+        session.json |= json_requested;
         session.refuse(error.issues());
         return kBadInput;
     } catch (const WriteError& error) {

@@ -2,19 +2,19 @@
 // tetrahedralise_command.cpp.)
 
 #include "mesh/base/file.hpp"
+#include "mesh/format/read.hpp"
+#include "mesh/format/read_volume.hpp"
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/generate/solid_round.hpp"
 #include "mesh/generate/solid_tube.hpp"
-#include "mesh/read.hpp"
-#include "mesh/read_volume.hpp"
 #include "mesh/renumber.hpp"
 #include "mesh/repair_surface.hpp"
 #include "mesh/surface_check.hpp"
 #include "mesh/volume_check.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/tetrahedralise_command.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/json_text.hpp"
 
 #include <CLI/CLI.hpp>
@@ -39,7 +39,7 @@ VolumeFile read(const MeshArguments& a, Session& session)
 {
     VolumeFile file = read_volume(a.file, a.scale);
     for (const std::string& note : file.notes)
-        session.say("note: " + a.file + ": " + note);
+        session.print_line("note: " + a.file + ": " + note);
     return file;
 }
 
@@ -63,7 +63,7 @@ void write_and_report(const MeshArguments& a, const VolumeMesh& mesh,
     std::vector<std::string> renamed;
     write_mesh(a.to, mesh, renamed);
     for (const std::string& note : renamed)
-        session.say("note: " + a.to.file + ": " + note);
+        session.print_line("note: " + a.to.file + ": " + note);
     notes.insert(notes.end(), renamed.begin(), renamed.end());
     report_written(a, mesh, notes, session);
 }
@@ -218,7 +218,7 @@ void repair(const MeshArguments& a, Session& session)
     SurfaceRequirements all;
     const std::vector<Issue> faults = issues(report, mesh, all, a.to.file);
     for (const std::string& sentence : sentences(done))
-        session.say(sentence);
+        session.print_line(sentence);
     session.warn(faults);
     if (!session.json) {
         session.print(fmt::format("{}: {} triangles, {} points, {}, {:.6g} m^3\n", a.to.file,

@@ -1,8 +1,8 @@
 #include "solver/program/mesh_output.hpp"
 
 #include "mesh/base/file.hpp"
-#include "mesh/format/text.hpp"
-#include "mesh/read_volume.hpp"
+#include "mesh/base/text.hpp"
+#include "mesh/format/read_volume.hpp"
 #include "solver/output/volume_vtu.hpp"
 #include "solver/scene/json_text.hpp"
 

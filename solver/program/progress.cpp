@@ -43,8 +43,8 @@ void Progress::step(const StepRecord& r)
                         "", kBarWidth - full, 100 * fraction, r.step, r.contacts.size(), left);
         std::fwrite(text.data(), 1, text.size(), stderr);
     } else {
-        session_.say(fmt::format("{:3.0f} %: step {}, t = {:.4g} s, {} contacts, {}",
-                                 100 * fraction, r.step, r.time, r.contacts.size(), left));
+        session_.print_line(fmt::format("{:3.0f} %: step {}, t = {:.4g} s, {} contacts, {}",
+                                        100 * fraction, r.step, r.time, r.contacts.size(), left));
     }
 }
 

@@ -1,8 +1,8 @@
 #pragma once
 
 #include "mesh/base/phase_timer.hpp"
-#include "solver/output/step_record.hpp"
 #include "solver/program/session.hpp"
+#include "solver/record/step_record.hpp"
 
 namespace amontons {
 

@@ -33,7 +33,7 @@ void render(const RenderArguments& arguments, Session& session)
         const auto draw = vtk.function<decltype(amontons_vtk_render)>("amontons_vtk_render");
         if (draw(arguments.directory.c_str(), arguments.picture.c_str(), message, sizeof message) ==
             0) {
-            session.say("written: " + arguments.picture);
+            session.print_line("written: " + arguments.picture);
             return;
         }
     } catch (const std::runtime_error& error) {

@@ -5,6 +5,7 @@
 #include "mesh/base/phase_timer.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/module.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/output/output_folder.hpp"
 #include "solver/output/plot.hpp"
 #include "solver/output/problem_recorder.hpp"
@@ -17,7 +18,6 @@
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/program/viewer.hpp"
-#include "solver/scene/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <CLI/CLI.hpp>
@@ -201,7 +201,7 @@ void run_scene(RunArguments& arguments, Session& session)
     check_output_folder(directory, scene);
     options.resume = arguments.resume && !has_no_checkpoint_yet(directory);
     if (options.resume != arguments.resume)
-        session.say("no step had been finished in " + directory + ": the run begins anew");
+        session.print_line("no step had been finished in " + directory + ": the run begins anew");
     if (stop && std::filesystem::exists(directory + "/manifest.json"))
         return note_interrupted_before(directory, session);
     std::vector<std::string> files{options.name + ".pvd", "contacts.pvd", "history.csv",
@@ -219,7 +219,7 @@ void run_scene(RunArguments& arguments, Session& session)
     ViewMaker frames(simulation.obstacles(), contact_bodies(scene));
     if (viewer) {
         observers.show = [&](const StepRecord& r) {
-            if (r.time < scene.time.end && !viewer->wants()) return;
+            if (r.time < scene.time.end && !viewer->frame_due()) return;
             viewer->offer(frames.frame(r.time, r.beams, simulation.body_records(), r.contacts));
         };
     }
@@ -259,7 +259,7 @@ void run_scene(RunArguments& arguments, Session& session)
     if (scene.output.plots && !was_interrupted()) {
         std::string message;
         pictures = plot_history(directory, message);
-        if (!message.empty()) session.say(message);
+        if (!message.empty()) session.print_line(message);
     }
     if (scene.output.picture && !was_interrupted()) {
         const std::string picture = options.name + ".png";
@@ -268,7 +268,7 @@ void run_scene(RunArguments& arguments, Session& session)
         if (message.empty())
             pictures.push_back(picture);
         else
-            session.say("no picture: " + message);
+            session.print_line("no picture: " + message);
     }
     if (!pictures.empty()) writer.add_files(pictures, summary);
     files.insert(files.end(), pictures.begin(), pictures.end());
@@ -278,7 +278,7 @@ void run_scene(RunArguments& arguments, Session& session)
 
     // ---- Messages
     for (const std::string& w : summary.warnings)
-        session.say("warning: " + w);
+        session.print_line("warning: " + w);
     if (summary.status != "done") session.error(summary.status + ": " + summary.message);
     if (session.json) {
         JsonText json;

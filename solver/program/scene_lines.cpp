@@ -26,7 +26,7 @@ std::vector<std::string> SceneLines::take(const Session& session)
         if (line.starts_with("set ") && line.find('=') != std::string::npos)
             out.push_back(line.substr(4));
         else if (!line.empty())
-            session.say("not a line \"set PATH=VALUE\": " + line);
+            session.print_line("not a line \"set PATH=VALUE\": " + line);
     }
     return out;
 }

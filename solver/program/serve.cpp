@@ -1,4 +1,4 @@
-// amontons serve SCENE: a scene stepped by whoever writes requests, one JSON document a line
+// amontons serve SCENE: a scene stepped by requests, one JSON document a line
 // (docs/serve.md).
 
 #include "mesh/base/base64.hpp"
@@ -86,18 +86,18 @@ public:
     {
         std::string lines;
         if (!results_) return lines;
-        const auto tell = [&](const char* event, const char* name, const std::string& text) {
+        const auto emit = [&](const char* event, const char* name, const std::string& text) {
             JsonText json(false);
             json.open('{').member("event", event).member(name, text);
             lines += json.close('}').text() + "\n";
         };
-        if (const std::string now = results_->folder(); now != told_folder_) {
-            tell("results", "folder", now);
-            told_folder_ = now;
+        if (const std::string now = results_->folder(); now != folder_reported_) {
+            emit("results", "folder", now);
+            folder_reported_ = now;
         }
-        if (const std::string& why = results_->failure(); why != told_failure_) {
-            tell("log", "text", "results are not written any more: " + why);
-            told_failure_ = why;
+        if (const std::string& why = results_->failure(); why != failure_reported_) {
+            emit("log", "text", "results are not written any more: " + why);
+            failure_reported_ = why;
         }
         return lines;
     }
@@ -154,7 +154,7 @@ public:
                             scene_.done());
     }
 
-    /// Does what a line asks for. @return  the line that answers
+    /// Executes the request of a line. @return  the answer, one line
     std::string answer(const ServeRequest& r)
     {
         if (!r.issues.empty()) return refusal_line(r.id, "bad_input", r.issues);
@@ -191,7 +191,7 @@ private:
             running_ = false;
             break;
         case Request::frame:
-            frames_.want(r.after, r.whole);
+            frames_.request_frame(r.after, r.whole);
             json.member("ok", true);
             return;
         case Request::step:
@@ -232,7 +232,7 @@ private:
         case Request::contacts:
             return send_contacts(json.member("ok", true));
         case Request::sets:
-            return tell_sets(json.member("ok", true));
+            return report_sets(json.member("ok", true));
         case Request::view:
             return send_view(json.member("ok", true), r.whole);
         case Request::quit:
@@ -408,7 +408,7 @@ private:
     void changed() { frames_.changed(); }
 
     /// Sets of solids: of faces by the numbers of the outside's, of nodes by those of its points.
-    void tell_sets(JsonText& json) const
+    void report_sets(JsonText& json) const
     {
         json.key("sets").open('[');
         for (const BodyRecord& b : scene_.simulation().body_records()) {
@@ -420,7 +420,7 @@ private:
             std::map<std::int32_t, std::int64_t> point_number;
             for (const std::int32_t node : outside.used_nodes)
                 point_number.emplace(node, std::int64_t(point_number.size()));
-            const auto tell = [&](const std::string& name, const char* kind, const auto& members,
+            const auto emit = [&](const std::string& name, const char* kind, const auto& members,
                                   const auto& numbers) {
                 json.open('{').member("body", b.name).member("name", name).key(kind).open('[');
                 for (const auto& m : members)
@@ -429,9 +429,9 @@ private:
                 json.close(']').close('}');
             };
             for (const FaceSet& set : b.elements->face_sets)
-                tell(set.name, "faces", set.members, face_number);
+                emit(set.name, "faces", set.members, face_number);
             for (const NodeSet& set : b.elements->node_sets)
-                tell(set.name, "points", set.members, point_number);
+                emit(set.name, "points", set.members, point_number);
         }
         json.close(']');
     }
@@ -462,14 +462,14 @@ private:
     Stopwatch watch_;
     LiveFrames frames_;
     std::optional<LiveResults> results_;
-    std::string told_folder_, told_failure_;
+    std::string folder_reported_, failure_reported_;
 };
 
 struct ServeArguments {
     SceneArguments scene;
     SimulationOptions how;
     // of the engine of amontons studio
-    int frames = -1; ///< where frames go
+    int frames = -1; ///< where frames are written
     std::string results, resume;
 };
 
@@ -488,7 +488,7 @@ void serve(ServeArguments& arguments, Session& session)
         server.emplace(read_scene_text(read_file(file), file, arguments.scene.overrides),
                        arguments.how, stop);
         if (arguments.frames >= 0) server->become_engine(arguments.results, arguments.resume);
-    } catch (const InputError& error) { // for whoever waits for the first answer
+    } catch (const InputError& error) { // for a client that waits for the first answer
         session.refuse(error.issues());
         session.print(refusal_line("null", "bad_input", error.issues()));
         return;

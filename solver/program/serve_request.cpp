@@ -121,13 +121,13 @@ void read_object(ServeRequest& r, const Json& line, bool engine)
         std::span(commands()).first(commands().size() - (engine ? 0 : kEngineCommands));
     for (const Command& c : known_commands)
         names.emplace_back(c.name);
-    const auto asked = line.find("do");
-    if (asked == line.end() || !asked->is_string()) {
+    const auto verb = line.find("do");
+    if (verb == line.end() || !verb->is_string()) {
         r.issues.push_back(
-            {"", "do", asked == line.end() ? "nothing" : shown(*asked), one_of("", names)});
+            {"", "do", verb == line.end() ? "nothing" : shown(*verb), one_of("", names)});
         return;
     }
-    const std::string& name = asked->get_ref<const std::string&>();
+    const std::string& name = verb->get_ref<const std::string&>();
     const auto command = std::ranges::find(known_commands, name, &Command::name);
     if (command == known_commands.end()) {
         r.issues.push_back({"", "do", quoted_text(name), one_of(name, names)});

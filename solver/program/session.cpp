@@ -29,7 +29,7 @@ bool progress_on_terminal()
     return terminal;
 }
 
-void Session::say(std::string_view text) const
+void Session::print_line(std::string_view text) const
 {
     if (!quiet) write_line("", text);
 }
@@ -42,7 +42,7 @@ void Session::detail(std::string_view text) const
 void Session::warn(const std::vector<Issue>& issues) const
 {
     for (const Issue& i : issues)
-        say(std::string("warning: ") + InputError({i}).what());
+        print_line(std::string("warning: ") + InputError({i}).what());
 }
 
 void Session::error(std::string_view text) const

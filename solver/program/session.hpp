@@ -24,11 +24,11 @@ struct Session {
     bool json = false;
     int exit_code = kDone;
 
-    /// A line on stderr, unless the user wants quiet.
-    void say(std::string_view text) const;
-    /// A line on stderr, when the user wants details.
+    /// A line on stderr, unless the option --quiet is set.
+    void print_line(std::string_view text) const;
+    /// A line on stderr, if the option --verbose is set.
     void detail(std::string_view text) const;
-    /// Warnings, a line each on stderr, unless the user wants quiet.
+    /// Warnings, a line each on stderr, unless the option --quiet is set.
     void warn(const std::vector<Issue>& issues) const;
     /// A line on stderr, always.
     void error(std::string_view text) const;
@@ -45,7 +45,7 @@ std::string refusal_json(const std::vector<Issue>& issues);
 /// True if stderr is a terminal that a bar may be drawn on.
 bool progress_on_terminal();
 
-// One function per command; each adds itself to the program. New commands go here and into
+// One function per command; each adds itself to the program. New commands are added here and to
 // main.cpp.
 void add_run(CLI::App& program, Session& session);
 void add_serve(CLI::App& program, Session& session);

@@ -1,6 +1,6 @@
 // amontons solve PROBLEM.hdf5: one contact problem from an FCLib file, solved and certified.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"
@@ -35,7 +35,7 @@ struct Solved {
     ContactSolution solution;
     Eigen::VectorXd motion; ///< of a global problem's bodies
     const char* delassus = "";
-    std::string by; ///< who solved it, if it was none of ours
+    std::string by; ///< the program that solved it, if it was another one
     double read_seconds = 0, condense_seconds = 0;
 };
 
@@ -47,17 +47,17 @@ std::vector<std::string> solver_names()
     return names;
 }
 
-ContactSolver solver_of(const std::string& wanted)
+ContactSolver solver_of(const std::string& requested)
 {
     const std::vector<std::string> names = solver_names();
     std::string all;
     for (std::size_t k = 0; k < names.size(); ++k) {
-        if (names[k] == wanted) return kContactSolvers[k];
+        if (names[k] == requested) return kContactSolvers[k];
         all += (k == 0 ? "" : ", ") + names[k];
     }
-    const std::string near = nearest_name(wanted, names);
+    const std::string near = nearest_name(requested, names);
     if (!near.empty()) all += " (nearest name: " + near + ")";
-    throw InputError({{"(--solver)", "", quoted_text(wanted), all}});
+    throw InputError({{"(--solver)", "", quoted_text(requested), all}});
 }
 
 /// Tries what writing the result will do, so that no solve is lost to a path that cannot be, and no
@@ -111,7 +111,7 @@ Solved solve_file(const FclibProblem& file, const SolverOptions& options)
     return answer_of(file, [&](const ContactProblem& p) { return solve(p, options); });
 }
 
-/// Certifies a reaction from outside, as one of our own solvers is certified.
+/// Certifies a reaction of another program, as those of the program's own solvers are certified.
 /// @param where  names the file in messages
 /// @throws InputError  no reaction, or one of another size
 Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given,
@@ -132,9 +132,9 @@ Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Sessi
 {
     try {
         const OutsideAnswer answer =
-            ask_outside_solver({a.command, ".", a.options.max_seconds}, a.problem,
+            run_outside_solver({a.command, ".", a.options.max_seconds}, a.problem,
                                a.options.tolerance, &stop_on_interrupt());
-        if (!answer.said.empty()) session.say(answer.said);
+        if (!answer.printed.empty()) session.print_line(answer.printed);
         Solved s = judge(file, answer.solution, "the file of the command", a.options.tolerance);
         s.by = a.command;
         s.solution.certificate.seconds = answer.seconds;
@@ -352,13 +352,13 @@ void add_solve(CLI::App& program, Session& session)
                               ->capture_default_str();
     CLI::Option* judged =
         command->add_flag("--judge", a->judge,
-                          "Solves nothing: judges the /solution in the file by the measure that "
-                          "ours gets");
+                          "Solves nothing: certifies the /solution in the file as a result of the "
+                          "program's own solvers");
     command
         ->add_option(
             "--solver-command", a->command,
-            "A solver of yours: a command that is given two files, PROBLEM and SOLVED, and "
-            "writes the second, a copy of the first with /solution; judged as ours")
+            "Another solver: a command that is given two files, PROBLEM and SOLVED, and "
+            "writes the second, a copy of the first with /solution; certified like the others")
         ->type_name("CMD")
         ->excludes(judged)
         ->excludes(solver);

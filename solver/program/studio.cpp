@@ -84,14 +84,14 @@ void open_browser(const std::string& path)
 void announce_ready(const char* address, int port)
 {
     the_session->print(std::string(address) + "\n");
-    the_session->say(
+    the_session->print_line(
         fmt::format("Open this address in a browser of this machine. From another one first:\n"
                     "  ssh -L {}:127.0.0.1:{} {}\nCtrl-C ends the server.",
                     port, port, std::getenv("USER") ? "USER@HOST" : "HOST"));
     if (the_opener) open_browser(the_opener->file(address));
 }
 
-int wants_end()
+int end_requested()
 {
     return stop_on_interrupt() ? 1 : 0;
 }
@@ -139,7 +139,7 @@ void studio(const StudioArguments& arguments, Session& session)
     const AmontonsStudio how{program.c_str(),   pages.c_str(),   root_text.c_str(),
                              open_text.c_str(), results.c_str(), schema.c_str(),
                              version.c_str(),   arguments.port,  60 * arguments.idle,
-                             announce_ready,    wants_end};
+                             announce_ready,    end_requested};
     const std::string problem = serve(&how);
     if (!problem.empty())
         throw InputError({{"(studio)", "", problem, "another port, or a whole build"}});

@@ -105,7 +105,8 @@ Table empty_table(const Definition& d)
 }
 
 /// study.csv, study.gp and study.svg, and the answer on stdout.
-void tell(Table& table, const StudyArguments& a, const std::string& folder, Session& session)
+void write_results(Table& table, const StudyArguments& a, const std::string& folder,
+                   Session& session)
 {
     table.by_cpu = a.time == "cpu";
     if (!a.add.empty())
@@ -115,14 +116,15 @@ void tell(Table& table, const StudyArguments& a, const std::string& folder, Sess
     write_file(folder + "/study.csv", csv_of(table));
     const std::string script = plot_script(table, "study");
     if (script.empty()) {
-        session.say(text_counts(table).empty() ? "no plot: nothing is done"
-                                               : "no plot: words have none");
+        session.print_line(text_counts(table).empty() ? "no plot: nothing is done"
+                                                      : "no plot: words have none");
     } else {
         write_file(folder + "/study.gp", script);
         if (!draw_plot(folder, "study.gp"))
-            session.say("no plot: gnuplot is not installed (gnuplot-nox), or failed; its script "
-                        "is " +
-                        folder + "/study.gp");
+            session.print_line(
+                "no plot: gnuplot is not installed (gnuplot-nox), or failed; its script "
+                "is " +
+                folder + "/study.gp");
     }
     if (session.json)
         session.print(json_of(table));
@@ -156,7 +158,7 @@ PointRecord record_of(const ChildResult& r, const std::string& hash,
         if (r.exit_code == kDone || r.exit_code == kSolveFailed)
             p.numbers = numbers_of(r.output, "the run's answer");
         p.texts = texts_of(r.output, "the run's answer");
-    } catch (const InputError&) { // it died before it could answer
+    } catch (const InputError&) { // it ended before its answer
     }
     if (const auto total = study::find(p.numbers, "seconds.total")) p.seconds = *total;
     if (const auto own = study::find(p.numbers, "cpu_seconds")) p.cpu_seconds = *own; // --run-by
@@ -227,19 +229,21 @@ void take_over(std::vector<Work>& work, const Definition& now, const std::string
                 issues.push_back(
                     {now.scene, "", "files that have changed since " + file + " was run", allowed});
             if (is_worth_another_run(r, max_time)) {
-                session.say("run again: " + file + ", " + r.status);
+                session.print_line("run again: " + file + ", " + r.status);
                 continue;
             }
             if (r.program != program_version() + " " + program_describe()) program = r.program;
             w.record = std::move(r);
             ++kept;
         } catch (const InputError& error) {
-            session.say(std::string("run again: ") + error.what());
+            session.print_line(std::string("run again: ") + error.what());
         }
     }
     if (!issues.empty()) throw InputError(issues);
-    if (kept > 0) session.say(fmt::format("{} of {} points are there already", kept, work.size()));
-    if (!program.empty()) session.say("warning: some of them were made by amontons " + program);
+    if (kept > 0)
+        session.print_line(fmt::format("{} of {} points are there already", kept, work.size()));
+    if (!program.empty())
+        session.print_line("warning: some of them were made by amontons " + program);
 }
 
 void run_study(const StudyArguments& a, Session& session)
@@ -353,10 +357,10 @@ void run_study(const StudyArguments& a, Session& session)
         std::string values;
         for (const std::string& o : w.overrides)
             values += (values.empty() ? "" : " ") + o;
-        session.say(fmt::format("[{}/{}] {}: {}{}", ++ended, work.size(), values, w.record->status,
-                                w.record->reason.empty()
-                                    ? fmt::format(", {:.3g} s", w.record->seconds)
-                                    : ": " + w.record->reason));
+        session.print_line(
+            fmt::format("[{}/{}] {}: {}{}", ++ended, work.size(), values, w.record->status,
+                        w.record->reason.empty() ? fmt::format(", {:.3g} s", w.record->seconds)
+                                                 : ": " + w.record->reason));
         if (!seen && w.record->status == "done") {
             seen = true;
             check_quantity(*w.record);
@@ -366,9 +370,9 @@ void run_study(const StudyArguments& a, Session& session)
     // ---- What is left to do
     for (const Work& w : work)
         if (w.record) table.rows.push_back(make_row(w.point, *w.record, a.quantity));
-    tell(table, a, folder, session);
+    write_results(table, a, folder, session);
     if (work.empty()) { // nothing to do is no failure: what waits for all shards continues
-        session.say(
+        session.print_line(
             fmt::format("no point is in shard {}: the study has {}", a.shard, points.size()));
         session.exit_code = kDone;
     }
@@ -455,9 +459,9 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
     }
     write_file(folder + "/study.json", definition_text(about));
     if (count > 0)
-        session.say(
+        session.print_line(
             fmt::format("warning: {} points are in none of the folders: {}", count, missing));
-    tell(table, a, folder, session);
+    write_results(table, a, folder, session);
 }
 
 } // namespace
@@ -515,7 +519,7 @@ void add_study(CLI::App& program, Session& session)
     command
         ->add_option(
             "--add", a->add,
-            "Another program's points beside ours: a CSV with the columns name, seconds, value "
+            "Points of another program for comparison: a CSV with the columns name, seconds, value "
             "or error, and unknowns")
         ->type_name("FILE");
     command

@@ -1,7 +1,7 @@
 #include "solver/program/tetrahedralise_command.hpp"
 
+#include "mesh/format/read.hpp"
 #include "mesh/quality.hpp"
-#include "mesh/read.hpp"
 #include "mesh/repair_surface.hpp"
 #include "mesh/size_check.hpp"
 #include "mesh/size_field.hpp"
@@ -131,24 +131,24 @@ void run_tetrahedralise(const Arguments& a, Session& session)
     done.merged = merged;
     std::vector<std::string> notes = sentences(done);
     session.warn(size_warnings(surface.points, a.file));
-    const auto tell = [&] {
+    const auto print_notes = [&] {
         for (const std::string& note : notes)
-            session.say("note: " + a.file + ": " + note);
+            session.print_line("note: " + a.file + ": " + note);
     };
     Tetrahedralised made;
     try {
         const MemoryLimit limit(kProgram + memory_limit(options));
         made = tetrahedralise(std::move(surface), options, a.file, notes);
     } catch (const std::bad_alloc&) {
-        tell();
+        print_notes();
         throw InputError({{a.file, "", "more memory was needed than predicted, or is there",
                            "a larger --size or --deviation, or more --memory"}});
     } catch (const InputError&) {
-        tell();
+        print_notes();
         throw;
     }
     write_mesh(a.to, made.mesh, notes);
-    tell();
+    print_notes();
     print_made(a, made, notes, session);
 }
 
@@ -161,7 +161,8 @@ void add_tetrahedralise(CLI::App& mesh, Session& session)
     const auto a = std::make_shared<Arguments>();
     c->add_option("FILE", a->file, "Surface: .stl .obj .ply")->required();
     add_output(*c, a->to, "OUTPUT,--output,-o");
-    c->add_option("--size", a->options.size, "Longest edge wanted, in the file's unit")->required();
+    c->add_option("--size", a->options.size, "Longest edge of an element, in the file's unit")
+        ->required();
     c->add_option("--size-at", a->near, "A place and the edge length there; may be given again")
         ->delimiter(',')
         ->type_size(4)

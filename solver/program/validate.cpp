@@ -40,7 +40,7 @@ struct Entry {
     const Case* function = nullptr;
     std::string folder;   ///< in validation/cases, or where it was named
     std::string mistake;  ///< what is wrong with its case.json, or ""
-    std::string word;     ///< how a child is asked for it
+    std::string word;     ///< the argument by which a child runs it
     bool by_path = false; ///< a mistake in its case.json is bad input, not a case that failed
     std::string verified = "", about = "";
 };
@@ -83,17 +83,17 @@ std::vector<Entry> known_cases()
     return all;
 }
 
-/// The cases that are asked for: in their own order, then folders by path as they were named.
+/// The cases that are requested: in their own order, then folders by path as they were named.
 std::vector<Entry> chosen(const ValidateArguments& arguments)
 {
     const std::vector<Entry> all = known_cases();
     std::vector<Issue> issues;
     std::vector<Entry> by_path, list;
-    std::vector<bool> wanted(all.size(), arguments.cases.empty());
+    std::vector<bool> selected(all.size(), arguments.cases.empty());
     for (const std::string& name : arguments.cases) {
         bool known = false;
         for (std::size_t i = 0; i < all.size(); ++i)
-            if (all[i].name == name) known = wanted[i] = true;
+            if (all[i].name == name) known = selected[i] = true;
         std::error_code error;
         if (known) continue;
         if (name.find('/') != std::string::npos || fs::exists(name, error)) {
@@ -117,7 +117,7 @@ std::vector<Entry> chosen(const ValidateArguments& arguments)
                               std::string("the path of a folder with a case.json, ") + text});
     }
     for (std::size_t i = 0; i < all.size(); ++i)
-        if (wanted[i]) list.push_back(all[i]);
+        if (selected[i]) list.push_back(all[i]);
     for (const Entry& e : by_path)
         if (std::none_of(list.begin(), list.end(),
                          [&](const Entry& k) { return k.folder == e.folder; }))
@@ -161,7 +161,7 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
     const ScratchFolder scratch;
     const std::atomic<bool> never{false}; // a signal ends this process, and its children with it
     int count = 0;
-    const auto ask = [&](const ChildJob& job) {
+    const auto run_program = [&](const ChildJob& job) {
         validation::SceneAnswer answer;
         run_children({job}, 1, never, [&](std::size_t, const ChildResult& r) {
             answer.exit_code = r.exit_code;
@@ -172,9 +172,9 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
         return answer;
     };
     const auto solve = [&](const std::string& file, double tolerance) {
-        return ask({{"solve", file, "--json", "--quiet", "--max-time", "60", "--tolerance",
-                     fmt::format("{:g}", tolerance)},
-                    0});
+        return run_program({{"solve", file, "--json", "--quiet", "--max-time", "60", "--tolerance",
+                             fmt::format("{:g}", tolerance)},
+                            0});
     };
     const auto run = [&](const std::string& file, const std::vector<std::string>& set) {
         const std::string folder = fmt::format("{}/{}", scratch.path(), ++count);
@@ -184,7 +184,7 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
                    {"output.picture=false", "output.plots=false", "output.every=1000000"});
         for (const std::string& o : all)
             job.arguments.insert(job.arguments.end(), {"--set", o});
-        validation::SceneAnswer answer = ask(job);
+        validation::SceneAnswer answer = run_program(job);
         answer.folder = folder;
         return answer;
     };
@@ -201,7 +201,7 @@ CaseResult run_folder(const Entry& e, const std::string& all_data)
     return result;
 }
 
-/// With what the case specifies of itself, whatever came of it.
+/// Adds the source and description of the case to its result.
 CaseResult described(CaseResult r, const Entry& e)
 {
     r.verified = e.verified;
@@ -243,23 +243,24 @@ CaseResult result_of(const Entry& e, const ChildResult& child)
 
 /// Runs all, and reports each as soon as those before it are reported.
 std::vector<CaseResult> run_all(const std::vector<Entry>& list, const std::string& data,
-                                int at_once, const std::function<void(const CaseResult&)>& tell)
+                                int at_once,
+                                const std::function<void(const CaseResult&)>& report_result)
 {
     std::vector<CaseResult> results;
     if (list.size() == 1) {
         results.push_back(run_here(list[0], data));
-        tell(results[0]);
+        report_result(results[0]);
         return results;
     }
     std::vector<ChildJob> jobs;
     for (const Entry& e : list)
         jobs.push_back({{"validate", e.word, "--json", "--quiet", "--data", data}, 0});
     std::vector<std::optional<CaseResult>> ended(list.size());
-    std::size_t told = 0;
+    std::size_t reported = 0;
     run_children(jobs, at_once, stop_on_interrupt(), [&](std::size_t k, const ChildResult& child) {
         ended[k] = list[k].mistake.empty() ? result_of(list[k], child) : run_here(list[k], data);
-        for (; told < ended.size() && ended[told]; ++told)
-            tell(*ended[told]);
+        for (; reported < ended.size() && ended[reported]; ++reported)
+            report_result(*ended[reported]);
     });
     for (std::optional<CaseResult>& r : ended)
         if (r) results.push_back(std::move(*r));
@@ -296,8 +297,9 @@ void write_report(const std::string& folder, const std::vector<CaseResult>& resu
         if (draw_plot(folder + "/plots", name + ".gp")) drawn.push_back(name);
     }
     if (drawn.empty())
-        session.say("no plots: gnuplot is not installed (gnuplot-nox); their scripts are in " +
-                    folder + "/plots");
+        session.print_line(
+            "no plots: gnuplot is not installed (gnuplot-nox); their scripts are in " + folder +
+            "/plots");
     std::string about = "amontons " + program_version();
     if (!program_describe().empty()) about += " (" + program_describe() + ")";
     about += "; " + machine_text() + "; " + now_utc();
@@ -305,7 +307,7 @@ void write_report(const std::string& folder, const std::vector<CaseResult>& resu
     write_file(folder + "/validation.csv", validation::csv_of(results));
     write_file(folder + "/validation.md", validation::markdown_of(results));
     write_file(folder + "/index.html", validation::html_of(results, about, drawn));
-    session.say("report: " + folder + "/index.html");
+    session.print_line("report: " + folder + "/index.html");
 }
 
 } // namespace

@@ -23,8 +23,8 @@ struct ValidateArguments {
 };
 
 /// Runs cases and prints their rows. The program amontons-validate does it itself (validate.cpp);
-/// amontons becomes that program (validate_elsewhere.cpp), so that who runs scenes neither builds nor
-/// loads the cases.
+/// amontons becomes that program (validate_elsewhere.cpp), so that a user who runs scenes neither
+/// builds nor loads the cases.
 void validate(const ValidateArguments& arguments, Session& session);
 
 } // namespace amontons

@@ -80,7 +80,7 @@ int lines_of(const std::string& path)
 }
 
 /// Runs the program until its history has so many steps, and kills it there; a run that ends
-/// before that has ended. run_children looks a few times a second only, and scenes take less.
+/// before that has ended. run_children polls a few times a second only, and scenes take less.
 void kill_after_steps(const validation::ProgramJob& job, const std::string& program)
 {
     std::vector<std::string> words{"amontons"};
@@ -199,7 +199,8 @@ std::string page_of(const SceneSuite& suite, const std::vector<SceneResult>& res
     return page;
 }
 
-void tell(const std::vector<SceneResult>& results, std::uint64_t seed, const Session& session)
+void print_results(const std::vector<SceneResult>& results, std::uint64_t seed,
+                   const Session& session)
 {
     for (const SceneResult& r : results)
         session.print(validation::findings_text(r, seed));
@@ -262,7 +263,7 @@ void validate_random(const SceneSuite& suite, const ValidateArguments& arguments
         if (session.json)
             session.print(validation::json_of(r) + "\n");
         else
-            tell({r}, seed, session);
+            print_results({r}, seed, session);
         if (scratch && !r.folder.empty()) scratch->keep();
         if (is_wrong(r)) session.exit_code = kCaseFailed;
         return;
@@ -295,12 +296,12 @@ void validate_random(const SceneSuite& suite, const ValidateArguments& arguments
     if (session.json)
         session.print(json_of(results));
     else
-        tell(results, seed, session);
+        print_results(results, seed, session);
     if (!arguments.report.empty()) {
         write_file(folder + "/random.json", json_of(results));
         write_file(folder + "/random.csv", validation::table_csv(results));
         write_file(folder + "/random.md", page_of(suite, results, seed, program));
-        session.say("report: " + folder + "/random.md");
+        session.print_line("report: " + folder + "/random.md");
     }
     std::error_code error;
     if (scratch && !fs::is_empty(folder, error)) scratch->keep();

@@ -79,7 +79,7 @@ Viewer::~Viewer()
     close();
 }
 
-bool Viewer::wants()
+bool Viewer::frame_due()
 {
     const auto now = std::chrono::steady_clock::now();
     if (now < next_) return false;
@@ -107,15 +107,15 @@ void Viewer::send()
         std::string bytes;
         bytes.swap(waiting_);
         lock.unlock();
-        bool gone = false;
-        for (std::size_t sent = 0; sent < bytes.size() && !gone;) {
+        bool closed = false;
+        for (std::size_t sent = 0; sent < bytes.size() && !closed;) {
             const ssize_t n =
                 ::send(stream_, bytes.data() + sent, bytes.size() - sent, MSG_NOSIGNAL);
             if (n > 0) sent += static_cast<std::size_t>(n);
-            gone = n < 0 && errno != EINTR;
+            closed = n < 0 && errno != EINTR;
         }
         lock.lock();
-        closed_ = closed_ || gone;
+        closed_ = closed_ || closed;
         if (closed_) return;
     }
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/view_frame.hpp"
+#include "solver/output/vtk/view_frame.hpp"
 
 #include <chrono>
 #include <condition_variable>
@@ -24,13 +24,13 @@ public:
     /// @param stay  the window stays when the run has ended, until the user closes it
     /// @throws InputError  if no window can be opened; gives the reason
     Viewer(const std::string& title, bool stay);
-    /// Shows the last frame and lets the window close.
+    /// Shows the last frame; then the window may be closed.
     ~Viewer();
     Viewer(const Viewer&) = delete;
     Viewer& operator=(const Viewer&) = delete;
 
     /// Is it time for a frame? Not while one waits, or when the user has closed the window.
-    bool wants();
+    bool frame_due();
     void offer(const ViewFrame& frame);
 
     struct Counts {

@@ -66,6 +66,7 @@ struct Rod10Node {
 class Rod10Solver {
 public:
     /// @param every  frames between two factors; 1: each frame, as it should be
+    /// @throws InputError  sizes that no rod has, `every` below 1
     explicit Rod10Solver(const Rod10& rod, int every = 1);
 
     /// A frame: the rod points where it is reported; steps 2 to 7 if it is time for them.

@@ -171,10 +171,10 @@ Rod10Contact::Frame Rod10Contact::frame(const Vec3& hand, const Mat3& to_rod)
     }
     deflections_ = solver_.deflections(loads_);
     to_rod_ = to_rod;
-    const Vec3 change = result.force - felt_;
+    const Vec3 change = result.force - sent_;
     const double part = options_.largest_change / change.norm();
-    felt_ = part < 1 ? Vec3(felt_ + part * change) : result.force;
-    result.felt = felt_;
+    sent_ = part < 1 ? Vec3(sent_ + part * change) : result.force;
+    result.sent = sent_;
     return result;
 }
 

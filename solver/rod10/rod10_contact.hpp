@@ -54,13 +54,14 @@ struct Rod10ContactOptions {
 class Rod10Contact {
 public:
     /// @param every  as Rod10Solver's
+    /// @throws InputError  objects that are open, inside out or not convex; options out of range
     Rod10Contact(const Rod10& rod, std::vector<Rod10Object> objects, Rod10ContactOptions options,
                  int every = 1);
 
     /// State between two frames.
     struct Frame {
         Vec3 force = Vec3::Zero(); ///< of all test points on the rod, in space [N]
-        Vec3 felt = Vec3::Zero();  ///< the part sent to the hand, after the limiter [N]
+        Vec3 sent = Vec3::Zero();  ///< the part sent to the hand, after the limiter [N]
         int touching = 0;          ///< test points within objects
         double depth = 0;          ///< of the deepest of them [m]
     };
@@ -84,7 +85,7 @@ private:
     std::vector<Rod10Node> deflections_, loads_;
     Mat3 to_rod_ = Mat3::Identity(); ///< of the last frame
     std::vector<Vec3> before_;       ///< test points in the last frame [m]
-    Vec3 felt_ = Vec3::Zero();
+    Vec3 sent_ = Vec3::Zero();
 };
 
 } // namespace amontons

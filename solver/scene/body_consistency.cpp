@@ -203,13 +203,13 @@ void check_couplings(const Scene& scene, Findings& findings)
             findings.add({place + "/to"}, "nothing",
                          fmt::format("the {}'s end on the second body [m]", c.kind));
         if (c.kind == "distance" && c.to) {
-            const double length = (c.at - *c.to).norm(), asked = c.length.value_or(length);
+            const double length = (c.at - *c.to).norm(), specified = c.length.value_or(length);
             constexpr double kSame = 1e-6;
             if (!(length > 0))
                 findings.add({place + "/to"}, "the place of `at`",
                              "another place: a distance of 0 m is a joint of kind \"ball\"");
-            else if (std::abs(asked - length) > kSame * length)
-                findings.add({place + "/length"}, fmt::format("{:g}", asked),
+            else if (std::abs(specified - length) > kSame * length)
+                findings.add({place + "/length"}, fmt::format("{:g}", specified),
                              fmt::format("{:g} [m], the distance of `at` and `to`", length));
         }
         if (c.damping > 0 && !springs)
@@ -248,8 +248,7 @@ void check_bodies(const Scene& scene, Findings& findings)
         findings.add({"/contact_solver"}, "a scene of beams or rods alone",
                      "a scene with solids or rigid bodies: contact of beams and rods is found in "
                      "Newton's method for their balance, and there is no problem to hand over");
-    else if (scene.contact_solver.given() && !scene.beams.empty() &&
-             !instruments_are_rods(scene))
+    else if (scene.contact_solver.given() && !scene.beams.empty() && !instruments_are_rods(scene))
         findings.add({"/contact_solver"}, "a scene of beams",
                      "a scene without beams: their contact is found in Newton's method for their "
                      "balance, and there is no problem to hand over");

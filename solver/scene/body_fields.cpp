@@ -175,31 +175,32 @@ ObjectDeclaration declare_set()
 ObjectDeclaration declare_hold()
 {
     using H = HoldInput;
-    return {"Prescribed displacement of a set; without x, y and z all three are held, at 0 or as a "
-            "turn "
-            "or a gradient has them",
-            {required(
-                 text<&H::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
-             field<&H::x>("x", "m", kAny, "Over time; without it this axis is free."),
-             field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x."),
-             field<&H::axis>("axis", "", direction(), "Of a turn by `angle`."),
-             field<&H::about>("about", "m", kAny,
-                              "Place that the turn or the gradient leaves where it is."),
-             field<&H::angle>("angle", "rad", kAny,
-                              "Turn of the set as a rigid body, about the axis through `about`, "
-                              "over time; with x, y or z along these alone, beside them."),
-             fallback("none",
-                      field<&H::gradient>("gradient", "", kAny,
-                                          "Instead of a turn: the displacement is A (x - `about`) "
-                                          "times `over`, x where the run begins; A by rows.")),
-             fallback("1", field<&H::over>("over", "", kAny, "Factor on the gradient over time.")),
-             choice({"world", "body"},
-                    text<&H::axes>("axes", "Whose x, y and z, axis, place and gradient they are "
-                                           "where the body begins; of a "
-                                           "body with a start.turn the same for all its holds."))},
-            "",
-            {},
-            defaults_of<H>()};
+    return {
+        "Prescribed displacement of a set; without x, y and z all three are held, at 0 or as a "
+        "turn "
+        "or a gradient has them",
+        {required(
+             text<&H::set>("set", "A set of faces or nodes of the mesh; \"all\": every node.")),
+         field<&H::x>("x", "m", kAny, "Over time; without it this axis is free."),
+         field<&H::y>("y", "m", kAny, "As x."), field<&H::z>("z", "m", kAny, "As x."),
+         field<&H::axis>("axis", "", direction(), "Of a turn by `angle`."),
+         field<&H::about>("about", "m", kAny,
+                          "Place that the turn or the gradient leaves where it is."),
+         field<&H::angle>("angle", "rad", kAny,
+                          "Turn of the set as a rigid body, about the axis through `about`, "
+                          "over time; with x, y or z along these alone, beside them."),
+         fallback("none",
+                  field<&H::gradient>("gradient", "", kAny,
+                                      "Instead of a turn: the displacement is A (x - `about`) "
+                                      "times `over`, x where the run begins; A by rows.")),
+         fallback("1", field<&H::over>("over", "", kAny, "Factor on the gradient over time.")),
+         choice({"world", "body"},
+                text<&H::axes>(
+                    "axes", "Axes in which x, y, z, axis, place and gradient are given, where the "
+                            "body begins; the same for all holds of a body with a start.turn."))},
+        "",
+        {},
+        defaults_of<H>()};
 }
 
 ObjectDeclaration declare_load()

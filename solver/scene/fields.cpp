@@ -526,7 +526,7 @@ ObjectDeclaration declare_contact_solver()
                   long_text<&S::command>(
                       "command", "Run by a shell in the scene's folder with two files, PROBLEM and "
                                  "SOLVED: it writes SOLVED, a copy of PROBLEM with /solution. "
-                                 "Judged and certified like ours.")),
+                                 "Certified like those of the program's own solvers.")),
          fallback("none", text<&S::function>(
                               "function",
                               "Instead: the name of a function that the program which steps the "
@@ -598,10 +598,11 @@ const ObjectDeclaration& scene_declaration()
          field<&Scene::gravity>("gravity", "m/s^2", kAny, "Acts where there is mass."),
          required(object<&Scene::time>("time", time, "Steps and end.")),
          object<&Scene::accuracy>("accuracy", accuracy, "How exact the result must be."),
-         object<&Scene::solver>("solver", solver, "Ways to the result, which do not change it."),
-         object<&Scene::contact_solver>(
-             "contact_solver", contact_solver,
-             "A program that solves the contact problems of solids and rigid bodies in our place."),
+         object<&Scene::solver>("solver", solver,
+                                "Methods of solution, which do not change the result."),
+         object<&Scene::contact_solver>("contact_solver", contact_solver,
+                                        "A program that solves the contact problems of solids and "
+                                        "rigid bodies instead of the built-in solvers."),
          object<&Scene::output>("output", output, "What is written."),
          object<&Scene::haptic>("haptic", haptic, "What a hand holds, for amontons haptic.")},
         "",

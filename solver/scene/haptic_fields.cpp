@@ -55,8 +55,8 @@ ObjectDeclaration declare_haptic()
          field<&H::ramp>("ramp", "s", between(0, 10),
                          "Time in which the force is scaled up from zero: at the start, and "
                          "after a fault. Passivity control acts meanwhile, also with "
-                         "--no-control: what the hand has not given is not given back."),
-         field<&H::contacts>("contacts", "", between(1, 2000), "Most that are handed over."),
+                         "--no-control: no energy is delivered that the hand has not supplied."),
+         field<&H::contacts>("contacts", "", between(1, 2000), "Largest number in an operator."),
          object<&H::hand>("hand", hand, "The simulated hand.")},
         "",
         {},

@@ -103,22 +103,29 @@ bool share_introducer(const BeamInput& a, const BeamInput& b)
            p.branch == q.branch && p.end == q.end;
 }
 
+namespace {
+
+bool has_weight(const Scene& scene)
+{
+    return !scene.gravity.isZero() && std::ranges::any_of(scene.beams, [](const BeamInput& b) {
+        return std::ranges::any_of(b.segments, [](const BeamSegment& s) { return s.density > 0; });
+    });
+}
+
+} // namespace
+
 bool instruments_are_rods(const Scene& scene)
 {
     if (scene.beams.empty()) return false;
     if (!scene.rigids.empty() || !scene.rods.empty() || !scene.couplings.empty()) return true;
-    if (!scene.gravity.isZero() && std::ranges::any_of(scene.beams, [](const BeamInput& b) {
-            return std::ranges::any_of(b.segments,
-                                       [](const BeamSegment& s) { return s.density > 0; });
-        }))
-        return true;
     const auto is_tube = [](const SolidInput& b) { return b.mesh.generate == "tube"; };
     if (!std::ranges::all_of(scene.solids, is_tube)) return true;
-    return std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
+    const bool meet = std::ranges::any_of(scene.contact, [&](const ContactLaw& law) {
         const BeamInput* const a = body_named(scene.beams, law.between[0]);
         const BeamInput* const b = body_named(scene.beams, law.between[1]);
         return a && b && (a == b || !share_introducer(*a, *b));
     });
+    return meet || has_weight(scene);
 }
 
 void check_instrument_rods(const Scene& scene, Findings& findings)
@@ -134,8 +141,10 @@ void check_instrument_rods(const Scene& scene, Findings& findings)
     const Scene as_rods = with_instruments_as_rods(scene);
     for (const RodInput& rod : as_rods.rods)
         if (rod.instrument) check_rod_contacts(rod, as_rods, findings);
-    if (scene.haptic.given)
-        findings.add({"/haptic"}, "a hand", "none" + why + ", which no hand feels yet");
+    if (scene.haptic.given && body_named(scene.beams, scene.haptic.handle))
+        findings.add({"/haptic/handle"}, "\"" + scene.haptic.handle + "\", an instrument",
+                     "a rigid body or a solid, or instruments and obstacles alone" + why +
+                         ", whose base no hand holds yet");
     for (const BeamInput& b : scene.beams) {
         const std::string place = "/bodies/" + b.name;
         if (b.introducer.fade > 0)

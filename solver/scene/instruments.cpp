@@ -32,7 +32,7 @@ Instrument stiff_wire(const char* name, double modulus)
     i.element = 2.5e-3;
     i.tip = {{0.4 * kPi * kRadius, 1 / kRadius}};
     i.source = fmt::format("flexural modulus {:.3g} GPa: Harrison et al. 2011, "
-                           "10.1583/11-3592.1; J of 12.1 mm and 72 degrees: stEVE; taper: ours",
+                           "10.1583/11-3592.1; J of 12.1 mm and 72 degrees: stEVE; taper: estimate",
                            modulus / 1e9);
     return i;
 }
@@ -70,7 +70,7 @@ std::vector<Instrument> make_library()
                        bending_of(pascal, 0.7e-3, 0.57e-3), 2e-3,
                        "stEVE_bench: 0.7 mm, bore 0.57 mm, 1 GPa"));
     Instrument five = tube("catheter-5f", "catheter", 0.400, 1.67e-3, 1.0e-3, 1.9e-4, 2.5e-3,
-                           "5 French, bore 1.0 mm; EI and GJ of a braided shaft: ours");
+                           "5 French, bore 1.0 mm; EI and GJ of a braided shaft: estimate");
     five.GJ = 1.5e-4;
     all.push_back(five);
     Instrument simmons =
@@ -90,7 +90,7 @@ std::vector<Instrument> make_library()
     all.back().taper = 0.034;
     all.push_back(tube("sheath-6f", "sheath", 0.250, 2.6e-3, 2.0e-3,
                        bending_of(pascal, 2.6e-3, 2.0e-3), 2.5e-3,
-                       "bore of 6 French (2 mm); wall and 1 GPa: ours"));
+                       "bore of 6 French (2 mm); wall and 1 GPa: estimate"));
     for (Instrument& i : all)
         if (i.GJ == 0) i.GJ = kTorsionOfBending * i.EI;
     return all;

@@ -1,6 +1,6 @@
 #include "solver/scene/json_input.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>
@@ -110,7 +110,7 @@ void apply_override(Json& scene, const std::string& text, std::vector<std::strin
                                           : fmt::format("0 to {}", at->size() - 1));
             at = &(*at)[index];
         } else if (at->is_object() || at->is_null()) {
-            // A body that is not there is a slip of the keyboard, not the wish for another body.
+            // A body that is not there is a typing error, not a request for another body.
             if (i == 1 && names[0] == "bodies" && names.size() > 2 && !at->contains(name)) {
                 std::vector<std::string> bodies;
                 for (const auto& item : at->items())

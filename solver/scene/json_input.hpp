@@ -21,7 +21,7 @@ std::string shown(const Json& value);
 /// @throws InputError  if the text is no JSON, with line and column
 Json parse_json(std::string_view text, const std::string& file, std::vector<Issue>& issues);
 
-/// Lets one override replace its value. Objects on the way are made, items of lists are not.
+/// Replaces the value of one override. Missing objects of its path are made, items of lists are not.
 /// @param text    "PATH=VALUE"
 /// @param places  gets the place of the value as a JSON pointer
 void apply_override(Json& scene, const std::string& text, std::vector<std::string>& places,

@@ -16,7 +16,7 @@ namespace amontons {
 /// @throws InputError  with everything that is wrong with the file and the overrides
 Scene read_scene(const std::string& file, const std::vector<std::string>& overrides = {});
 
-/// As read_scene, of a text in memory.
+/// As read_scene, of a text in memory. @throws InputError  likewise
 Scene parse_scene(std::string_view text, const std::string& file,
                   const std::vector<std::string>& overrides = {});
 

@@ -276,6 +276,14 @@ void check_feed(const RodInput& b, const Scene& scene, Findings& findings)
             return std::any_of(c.begin(), c.end(), [](const auto& p) { return p[1] != 0; });
         };
         const std::string here = fmt::format("{}/hold/{}", place, i);
+        if (h.at && *h.at > 0)
+            findings.add({here + "/at", place + "/fed"},
+                         fmt::format("a hold at {:.4g} m, which is in the sheath when {:.4g} m are "
+                                     "out of it",
+                                     *h.at, least),
+                         fmt::format("more than {:.4g} [m], or the \"start\": the sheath holds "
+                                     "what is in it",
+                                     length - least));
         const Vec3 out = !b.shape.points.empty() ? b.shape.points[1].at - b.shape.points[0].at
                                                  : b.shape.direction;
         const bool about = h.axis.cross(out).norm() <= kAlong * h.axis.norm() * out.norm();
@@ -326,12 +334,12 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
              field<&R::drag>("drag", "N s/m^2", at_least(0),
                              "Of a medium that the rod moves through, force per length and "
                              "velocity: quasi-static steps then follow snaps in time."),
-             fallback("one at each node",
-                      field<&R::contact_spacing>("contact_spacing", "m", at_least(0),
-                                                 "Longest way between two places that touch what "
-                                                 "runs along the rod; 0: the nodes, and on solids "
-                                                 "as many as there are faces. Crossings and "
-                                                 "edges are found wherever they are.")),
+             fallback("one at each node", field<&R::contact_spacing>(
+                                              "contact_spacing", "m", at_least(0),
+                                              "Largest distance of two contact places where a body "
+                                              "runs along the rod; 0: the nodes, and on solids "
+                                              "as many as there are faces. Crossings and "
+                                              "edges are found wherever they are.")),
              field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
              field<&R::spin>("spin", "rad/s", kAny,
                              "Angular velocity about the centre of mass, when it begins; dynamic "

@@ -10,8 +10,8 @@
 #include <vector>
 
 // The contents of a scene file, in SI, with defaults. Plain data: the reader
-// (solver/scene/read.hpp) fills it, solver/scene/build.hpp makes the obstacles of a Simulation from
-// it.
+// (solver/scene/read.hpp) fills it, solver/obstacle/build.hpp makes the obstacles of a Simulation
+// from it.
 
 namespace amontons {
 
@@ -521,7 +521,10 @@ struct ContactSolverInput {
     std::string command;   ///< for a shell in the scene's folder
     std::string function;  ///< of the program that the library is in: see solver/step/outside.hpp
     double max_time = 600; ///< of one problem for a command [s]
-    bool given() const { return !command.empty() || !function.empty(); } ///< else ours
+    bool given() const
+    {
+        return !command.empty() || !function.empty();
+    } ///< false: the program's own
 };
 
 /// Files and pictures of a run.

@@ -18,6 +18,7 @@ void check_segments(const std::vector<BeamSegment>& segments, const std::string&
                     const Scene& scene, Findings& findings, double load = 0);
 
 /// Adds an Issue where this spacing makes more contact points than a wire or rod can need.
+/// @param spacing  of contact points [m]
 void check_contact_spacing(double spacing, const std::vector<BeamSegment>& segments,
                            const std::string& place, Findings& findings);
 

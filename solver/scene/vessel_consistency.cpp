@@ -1,6 +1,6 @@
 #include "solver/scene/vessel_consistency.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <algorithm>
 #include <fmt/format.h>

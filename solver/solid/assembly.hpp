@@ -97,6 +97,7 @@ void add_traction(const VolumeMesh& mesh, std::span<const FaceRef> faces, const 
 
 /// Adds the stiffness of springs between faces and what stands still; see support_stiffness.
 /// @param K  made by zero_matrix of the mesh's pattern
+/// @param normal, tangential  stiffness of the springs per area [N/m^3]
 void add_support(const VolumeMesh& mesh, std::span<const FaceRef> faces, double normal,
                  double tangential, SparseMatrix& K);
 

@@ -65,7 +65,7 @@ void SolidCompliance::set_scale(double scale)
     scale_ = scale;
 }
 
-void SolidCompliance::forget_nodes()
+void SolidCompliance::drop_nodes()
 {
     for (const std::int32_t s : in_contact_)
         place_[std::size_t(s)] = -1;
@@ -82,7 +82,7 @@ void SolidCompliance::order_nodes()
 /// Fills in_contact_ and place_.
 void SolidCompliance::find_nodes(const SparseMatrix& C)
 {
-    forget_nodes();
+    drop_nodes();
     for (Eigen::Index k = 0; k < C.nonZeros(); ++k) {
         const std::int32_t node = dofs_.free[std::size_t(C.innerIndexPtr()[k])] / 3;
         const std::int32_t s = surface_number_[std::size_t(node)];
@@ -196,9 +196,9 @@ void SolidCompliance::add_expected(std::vector<std::int32_t>& missing)
     std::vector<char> chosen(surface_node_.size(), 0);
     for (const std::int32_t s : missing)
         chosen[std::size_t(s)] = 1;
-    const std::size_t asked = missing.size();
+    const std::size_t requested = missing.size();
     for (std::size_t off = 1; off < chosen.size() && missing.size() < most; ++off)
-        for (std::size_t k = 0; k < asked && missing.size() < most; ++k)
+        for (std::size_t k = 0; k < requested && missing.size() < most; ++k)
             for (const std::size_t s : {std::size_t(missing[k]) + off,
                                         std::size_t(missing[k]) - off}) // wraps round: too large
                 if (s < chosen.size() && !chosen[s] && column_of_[s] < 0 && missing.size() < most) {
@@ -239,7 +239,7 @@ void SolidCompliance::expect(double solves)
 
 void SolidCompliance::prepare(std::span<const std::int32_t> nodes)
 {
-    forget_nodes();
+    drop_nodes();
     for (const std::int32_t node : nodes) {
         const std::int32_t s = surface_number_[std::size_t(node)];
         AMONTONS_ASSERT(s >= 0);
@@ -334,7 +334,7 @@ Eigen::VectorXd SolidCompliance::surface_displacement(const Eigen::VectorXd& f)
 {
     const auto surface = static_cast<Eigen::Index>(surface_node_.size());
     AMONTONS_ASSERT(f.size() == 3 * surface);
-    forget_nodes();
+    drop_nodes();
     for (Eigen::Index s = 0; s < surface; ++s)
         if (!f.segment<3>(3 * s).isZero(0)) in_contact_.push_back(std::int32_t(s));
     order_nodes();
@@ -403,7 +403,7 @@ Eigen::VectorXd SolidCompliance::solved(const Eigen::VectorXd& f)
     AMONTONS_ASSERT(f.size() == Eigen::Index(dofs_.free.size()));
     const auto from_factor = [&] { return Eigen::VectorXd(factor_.solved(f) / scale_); };
     if (!all_rows_) return from_factor();
-    forget_nodes();
+    drop_nodes();
     for (std::size_t s = 0; s < surface_node_.size(); ++s)
         for (std::size_t a = 0; a < 3; ++a)
             if (const std::int32_t k = dofs_.number[3 * std::size_t(surface_node_[s]) + a];

@@ -63,6 +63,7 @@ public:
     void delassus_from_factor(const SparseMatrix& C, Eigen::MatrixXd& W);
     /// Announces about so many solves to come: columns are then solved earlier, also for some nodes
     /// that have not been in contact yet.
+    /// @param solves  expected number
     void expect(double solves);
     /// Threads that solve for columns; results are bitwise the same for any number.
     void use_threads(int threads) { threads_ = threads; }
@@ -119,7 +120,7 @@ private:
                Eigen::Index(all_rows_ ? surface_node_[std::size_t(surface_node)] : surface_node);
     }
     void find_nodes(const SparseMatrix& C);
-    void forget_nodes();
+    void drop_nodes();
     void order_nodes();
     void use_columns();
     bool has_columns();

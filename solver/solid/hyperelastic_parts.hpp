@@ -370,7 +370,7 @@ struct MeanVolume {
     }
 };
 
-/// The mean part of an element at places x.
+/// The mean part of an element at places x. @param lambda  Lame's, its mean part [Pa]
 template <ElementKind kind>
 MeanVolume mean_volume(const Numbers<kind>& e, const ElementPoints& x, double lambda)
 {

@@ -1,6 +1,6 @@
 #include "solver/solid/material.hpp"
 
-#include "mesh/format/text.hpp"
+#include "mesh/base/text.hpp"
 
 #include <cmath>
 

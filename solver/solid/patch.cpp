@@ -161,16 +161,16 @@ private:
 double distance_to(const FaceNodes& face, const FaceForces& X, const Vec3& at)
 {
     double least = std::numeric_limits<double>::infinity();
-    const auto look = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+    const auto examine = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
         least = std::min(least, (closest_on_triangle(at, a, b, c).point - at).norm());
     };
     if (face.corners == 3) {
-        look(X.col(0), X.col(1), X.col(2));
+        examine(X.col(0), X.col(1), X.col(2));
         return least;
     }
     const Vec3 middle = 0.25 * (X.col(0) + X.col(1) + X.col(2) + X.col(3));
     for (int k = 0; k < 4; ++k)
-        look(middle, X.col(k), X.col((k + 1) % 4));
+        examine(middle, X.col(k), X.col((k + 1) % 4));
     return least;
 }
 
@@ -222,7 +222,7 @@ Patch patch_within(const VolumeMesh& mesh, const ExternalSurface& outside, const
         away.push_back(distance_to(face, X, at));
         least = std::min(least, away.back());
     }
-    // Connected through edges that the ball meets, with the part that is nearest.
+    // Connected through edges that the ball touches, with the part that is nearest.
     std::map<std::array<std::int32_t, 2>, std::vector<std::size_t>> at_edge;
     const auto edges_of = [&](std::size_t k, auto visit) {
         const FaceNodes face = face_nodes(mesh, outside.faces[std::size_t(candidates[k])]);

@@ -29,7 +29,7 @@ ShapeGradients shape_gradients(ElementKind kind, const Vec3& xi);
 ShapeGradients reference_nodes(ElementKind kind);
 
 /// Exact for the stiffness of affine elements, and for the work of a constant stress in any (what
-/// the patch test asks of a curved T10): 1, 8, 2 x 2 x 2 points (polynomials of total degree 1 and
+/// the patch test requires of a curved T10): 1, 8, 2 x 2 x 2 points (polynomials of total degree 1 and
 /// 3; H8: of degree 3 along each axis).
 std::span<const QuadraturePoint> stiffness_points(ElementKind kind);
 

@@ -2,12 +2,12 @@
 
 #include "contact/surface/choose_slave.hpp"
 #include "mesh/base/dense.hpp"
+#include "mesh/format/read.hpp"
+#include "mesh/format/read_volume.hpp"
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/generate/solid_round.hpp"
 #include "mesh/generate/solid_tube.hpp"
 #include "mesh/orient_surface.hpp"
-#include "mesh/read.hpp"
-#include "mesh/read_volume.hpp"
 #include "mesh/size_check.hpp"
 #include "mesh/volume_check.hpp"
 #include "solver/body/condensed_solid.hpp"
@@ -18,7 +18,7 @@
 #include "solver/body/solid_probes.hpp"
 #include "solver/body/solid_sets.hpp"
 #include "solver/large/large_matrix.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/linear_choice.hpp"
 #include "solver/step/rod_joints.hpp"
@@ -62,7 +62,7 @@ MassProperties mass_of(const RigidInput& input, const RigidShape& shape)
         m.mass *= factor;
         m.inertia *= factor;
     } else if (!(input.density > 0)) {
-        m.mass = 0; // no weight; its inertia is never asked for
+        m.mass = 0; // no weight; its inertia is never used
     }
     if (input.inertia) m.inertia = input.inertia->asDiagonal();
     return m;
@@ -147,7 +147,7 @@ void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::s
     }
 }
 
-/// The elements that a scene asks for.
+/// The kind of elements that a scene specifies.
 VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>& warnings)
 {
     if (m.generate == "box") {
@@ -294,7 +294,7 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     const ContactLaw* rest_law = nullptr;
 
     // ---- Checks: laws, names, meshes
-    // The operator of a hand asks for all pairs of its handle.
+    // The operator of a hand needs all pairs of its handle.
     const std::vector<ContactLaw> laws =
         written_out(scene, scene.haptic.given ? nullptr : &rest_law);
     const std::size_t named = std::size_t(
@@ -461,27 +461,28 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     // ---- Rods at rest: what holds them
     if (scene.time.kind != "dynamic") {
         // Rods that neither holds nor contacts nor couplings constrain have no balance.
-        std::set<std::string> met;
+        std::set<std::string> in_contact;
         for (const ContactLaw& law : laws)
             if (law.between[0] != law.between[1])
-                met.insert(law.between.begin(), law.between.end());
-        if (rest_law && free_rigids.size() > 1) met.insert(free_rigids.begin(), free_rigids.end());
+                in_contact.insert(law.between.begin(), law.between.end());
+        if (rest_law && free_rigids.size() > 1)
+            in_contact.insert(free_rigids.begin(), free_rigids.end());
         std::set<std::string> joined;
         for (const CouplingInput& c : scene.couplings)
             joined.insert(c.between.begin(), c.between.end());
-        met.insert(joined.begin(), joined.end());
+        in_contact.insert(joined.begin(), joined.end());
         for (const BodyRef& b : system->refs) {
             if (b.rod && joined.count(b.name)) continue; // with all that they are joined to
-            if ((met.count(b.name) && !b.rod) || (b.rigid && b.rigid->driven())) continue;
+            if ((in_contact.count(b.name) && !b.rod) || (b.rigid && b.rigid->driven())) continue;
             std::string motions = b.rigid ? "every shift and turn" : "";
             if (b.solid || b.rod)
                 for (const std::string& m : b.rod ? b.rod->free_motions() : b.solid->free_motions())
                     motions += (motions.empty() ? "" : "; ") + m;
             if (motions.empty()) continue;
             // Rods alone are solved on their own matrix, in which contacts can hold them.
-            if (b.rod && met.count(b.name) && scene.couplings.empty() && system->rods_alone() &&
-                scene.accuracy.solver == "auto" && !scene.contact_solver.given() &&
-                !(scene.time.path > 0)) {
+            if (b.rod && in_contact.count(b.name) && scene.couplings.empty() &&
+                system->rods_alone() && scene.accuracy.solver == "auto" &&
+                !scene.contact_solver.given() && !(scene.time.path > 0)) {
                 b.rod->stabilise_with_contacts();
                 continue;
             }

@@ -191,11 +191,11 @@ Eigen::MatrixXd BodyStepper::unconstrained_modes(std::size_t b, double share) co
             if (r_[rows_.row[b][i]] != 0 || joint[std::size_t(rows_.row[b][i])])
                 acting.push_back(Eigen::Index(i));
         }
-    Eigen::MatrixXd felt =
+    Eigen::MatrixXd rows =
         Eigen::MatrixXd::Zero(std::max(Eigen::Index(acting.size()), modes), modes);
     for (std::size_t i = 0; i < acting.size(); ++i)
-        felt.row(Eigen::Index(i)) = B_[b].row(acting[i]);
-    const RightSingular svd = right_singular(felt);
+        rows.row(Eigen::Index(i)) = B_[b].row(acting[i]);
+    const RightSingular svd = right_singular(rows);
     Eigen::Index first = modes;
     while (first > 0 && svd.values[first - 1] <= share * scale)
         --first;
@@ -210,9 +210,9 @@ void BodyStepper::report_modes()
         const Eigen::MatrixXd unconstrained =
             unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)
-            report_.remarks.push_back(
-                fmt::format("{}: no contact controls its {}; it stays where it is",
-                            system_.refs[b].name, body(b).mode_name(unconstrained.col(m))));
+            report_.remarks.push_back(fmt::format(
+                "{}: no contact controls its {}; it stays where it is", system_.refs[b].name,
+                body(b).matrix().mode_name(unconstrained.col(m))));
     }
 }
 
@@ -329,7 +329,7 @@ void BodyStepper::fill_report()
     report_.friction += friction_of_departed();
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (RigidBody* rigid = system_.refs[b].rigid) rigid->add_reaction(on_body[b], torque[b]);
-        if (step_.dynamic) body(b).add_contact_moment(moment[b]);
+        if (step_.dynamic) body(b).set_contact_moment(moment[b]);
     }
 }
 
@@ -370,8 +370,8 @@ double BodyStepper::friction_of_departed() const
     return sum;
 }
 
-/// Where a contact's force, or a joint's, acts on both of its bodies: where they met, moved on as
-/// both were moving. Of one rigid body alone, against what stands or is led, as its centre was.
+/// Where a contact's force, or a joint's, acts on both of its bodies: where they touched, moved on
+/// as both were moving. Of one rigid body alone, against what stands or is led, as its centre was.
 Vec3 BodyStepper::common_place(int c) const
 {
     Vec3 place = Vec3::Zero(), moved = Vec3::Zero();
@@ -380,13 +380,13 @@ Vec3 BodyStepper::common_place(int c) const
     for (const Side& side : sides_of(contacts(), c)) {
         if (side.body < 0 || fixed(std::size_t(side.body))) continue;
         place = side.place.point;
-        moved += body(std::size_t(side.body)).past_velocity(side.place);
+        moved += body(std::size_t(side.body)).velocity(side.place, VelocityAt::past);
         rigid = system_.refs[std::size_t(side.body)].rigid;
         ++sides;
     }
     if (step_.follows) // there it is already
         return c < int(list_.contact.size()) ? list_.contact[std::size_t(c)].point : place;
-    if (sides == 1 && rigid) moved = rigid->past_velocity({{}, rigid->centre()});
+    if (sides == 1 && rigid) moved = rigid->velocity({{}, rigid->centre()}, VelocityAt::past);
     if (c < int(list_.contact.size())) place = list_.contact[std::size_t(c)].point;
     return place + step_.h / std::max(sides, 1) * moved;
 }

@@ -136,7 +136,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
                 Vec3(forces[3 * i], forces[3 * i + 1], forces[3 * i + 2]);
     }
     const auto sticks = in.vector<std::int64_t>(1u << 28);
-    const auto met = in.vector<std::int64_t>(1u << 28);
+    const auto pairs_found = in.vector<std::int64_t>(1u << 28);
     auto rows = s.system->finder.read_rows(in);
     OverlapLog overlaps = OverlapLog::read(in, s.system->finder.pairs().size());
     auto limits = in.vector<LinearLimit>(s.system->refs.size());
@@ -144,7 +144,7 @@ void BodySimulation::restore(const std::vector<std::byte>& state)
     const std::vector<LiveInputs::Saved> inputs = s.inputs.read(in);
     RunSummary sum = read_summary(in);
     in.end();
-    if (!s.system->finder.restore_pairs(met, s.system->refs))
+    if (!s.system->finder.restore_pairs(pairs_found, s.system->refs))
         ByteReader::refuse("pairs of other bodies");
     s.system->finder.set_rows(std::move(rows));
     s.overlaps = std::move(overlaps);

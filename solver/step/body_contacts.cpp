@@ -46,8 +46,8 @@ constexpr double kReachInMotion = 0.25;
 constexpr std::size_t kManyPairs = 500;
 
 /// @param first_id  added to the contacts' own
-void add(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
-         BodyContacts& out, std::int64_t first_id = 0)
+void append(const SurfaceContacts& found, int pair, int a, int b, bool master_has_nodes,
+            BodyContacts& out, std::int64_t first_id = 0)
 {
     for (const SurfaceContact& c : found.contact) {
         BodyContact k;
@@ -92,7 +92,7 @@ std::vector<BodyContact> as_body_contacts(const std::vector<RigidContact>& found
 }
 
 /// Contacts that no nodes carry.
-void add(const std::vector<BodyContact>& found, BodyContacts& out)
+void append(const std::vector<BodyContact>& found, BodyContacts& out)
 {
     for (BodyContact c : found) {
         c.a_begin = c.a_end = c.b_begin = c.b_end = std::int32_t(out.stencil.size());
@@ -364,18 +364,18 @@ void ContactFinder::find(const std::vector<BodyRef>& bodies, const StepInput& st
         const AxisBox& box = boxes_[std::size_t(b)];
         return AxisBox{box.low.array() - room, box.high.array() + room};
     };
-    std::vector<int> met;
+    std::vector<int> in_reach;
     for (const BoxPair& p : default_pairs_in_reach(bodies, near_box))
-        met.push_back(default_pair(p.a, p.b, bodies));
+        in_reach.push_back(default_pair(p.a, p.b, bodies));
     // Each pair is on its own; their contacts follow each other as the pairs do.
-    std::vector<std::vector<BodyContact>> found(met.size());
-    share_out(met.size() < kManyPairs ? 1 : threads, met.size(),
+    std::vector<std::vector<BodyContact>> found(in_reach.size());
+    share_out(in_reach.size() < kManyPairs ? 1 : threads, in_reach.size(),
               [&](std::size_t begin, std::size_t end) {
                   for (std::size_t k = begin; k < end; ++k)
-                      found[k] = rest_contacts(bodies, met[k]);
+                      found[k] = rest_contacts(bodies, in_reach[k]);
               });
     for (const std::vector<BodyContact>& of_pair : found)
-        add(of_pair, out);
+        append(of_pair, out);
 }
 
 std::vector<BodyContact> ContactFinder::rest_contacts(const std::vector<BodyRef>& bodies,
@@ -454,7 +454,7 @@ void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, Body
     const bool solid_b = bodies[std::size_t(p.b)].solid != nullptr;
     if (solid_a)
         return solid_b ? solid_on_solid(bodies, pair, out) : solid_on_rigid(bodies, pair, out);
-    add(rigid_on_rigid(bodies, pair, reach_), out);
+    append(rigid_on_rigid(bodies, pair, reach_), out);
 }
 
 void ContactFinder::find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -465,7 +465,7 @@ void ContactFinder::find_rigid(const std::vector<BodyRef>& bodies, int pair, Bod
     if (p.b < 0)
         rigid_on_wall(bodies, pair, out);
     else
-        add(rigid_on_rigid(bodies, pair, reach_), out);
+        append(rigid_on_rigid(bodies, pair, reach_), out);
     add_start_gaps(pair, first, out);
 }
 
@@ -477,11 +477,11 @@ void ContactFinder::solid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
     const SolidBody& s = *bodies[std::size_t(p.a)].solid;
     const auto sample = [&](const Vec3& x) { return wall.sample(x, hint); };
     const std::span<const Vec3> x = p.small ? s.first_places() : s.places();
-    add(wall_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out);
-    add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, x}, sample, reach_), pair,
-        p.a, -1, false, out, kSharp);
-    add(bulge_contacts(p.surface_a->outside, x, s.mesh().nodes, sample, reach_), pair, p.a, -1,
-        false, out, kBulge);
+    append(wall_contacts(p.surface_a->outside, x, sample, reach_), pair, p.a, -1, false, out);
+    append(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, x}, sample, reach_), pair,
+           p.a, -1, false, out, kSharp);
+    append(bulge_contacts(p.surface_a->outside, x, s.mesh().nodes, sample, reach_), pair, p.a, -1,
+           false, out, kBulge);
 }
 
 void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -506,8 +506,8 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     // For integrals the normal does not jump at an edge of faces, for a node on the edge it does.
     options.smooth_normals = p.nodal;
     if (p.a == p.b) options.at_rest = a.mesh().nodes;
-    add(mortar_contacts(p.surface_a->outside, x_a, p.surface_b->outside, x_b, options), pair, p.a,
-        p.b, true, out);
+    append(mortar_contacts(p.surface_a->outside, x_a, p.surface_b->outside, x_b, options), pair,
+           p.a, p.b, true, out);
     if (p.a != p.b) // every body lies beside its own sharp edges
         add_sharp({p.surface_a->outside, p.surface_a->sharp, x_a},
                   {p.surface_b->outside, p.surface_b->sharp, x_b}, pair, true, out);
@@ -532,13 +532,13 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     const Placement at = b.placement();
     const auto round = [&] {
         const auto sample = distance_from(b, at);
-        add(wall_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b, false,
-            out);
-        add(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,
-                                reach_),
-            pair, p.a, p.b, false, out, kSharp);
-        add(bulge_contacts(p.surface_a->outside, a.places(), a.mesh().nodes, sample, reach_), pair,
-            p.a, p.b, false, out, kBulge);
+        append(wall_contacts(p.surface_a->outside, a.places(), sample, reach_), pair, p.a, p.b,
+               false, out);
+        append(sharp_wall_contacts({p.surface_a->outside, p.surface_a->sharp, a.places()}, sample,
+                                   reach_),
+               pair, p.a, p.b, false, out, kSharp);
+        append(bulge_contacts(p.surface_a->outside, a.places(), a.mesh().nodes, sample, reach_),
+               pair, p.a, p.b, false, out, kBulge);
     };
     if (const auto* cylinder = std::get_if<Cylinder>(&b.shape())) {
         // Flat ends touch faces none of whose nodes is near: by integrals, as flat bodies do.
@@ -553,9 +553,9 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
         options.reach = std::min(
             reach_, kReachOfThickness * std::min(thickness(bodies, p.a), thickness(bodies, p.b)));
         options.master_normals = true;
-        add(mortar_contacts(p.surface_a->outside, a.places(), caps->surface,
-                            moved_points(caps->mesh, at), options),
-            pair, p.a, p.b, false, out, kCaps);
+        append(mortar_contacts(p.surface_a->outside, a.places(), caps->surface,
+                               moved_points(caps->mesh, at), options),
+               pair, p.a, p.b, false, out, kCaps);
     }
     if (is_round(b.shape())) return round();
     // In the rigid body's frame, where all that searches on it need is made once.
@@ -569,7 +569,7 @@ void ContactFinder::solid_on_rigid(const std::vector<BodyRef>& bodies, int pair,
     options.master_normals = true;
     options.smooth_normals = true; // the facets stand for a curved surface, but at its edges
     const auto first = std::ptrdiff_t(out.contact.size());
-    add(mortar_contacts(p.surface_a->outside, x, shape, options), pair, p.a, p.b, false, out);
+    append(mortar_contacts(p.surface_a->outside, x, shape, options), pair, p.a, p.b, false, out);
     add_sharp({p.surface_a->outside, p.surface_a->sharp, x},
               {facets.surface, facets.sharp, facets.mesh.points, &shape}, pair, false, out);
     for (auto c = out.contact.begin() + first; c != out.contact.end(); ++c) {
@@ -598,8 +598,8 @@ void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& mas
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     if (!master_has_nodes) {
-        add(sharp_contacts(slave, master, reach_, nullptr, true), pair, p.a, p.b, false, out,
-            kSharp);
+        append(sharp_contacts(slave, master, reach_, nullptr, true), pair, p.a, p.b, false, out,
+               kSharp);
         return;
     }
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
@@ -608,7 +608,7 @@ void ContactFinder::add_sharp(const SharpSurface& slave, const SharpSurface& mas
         known.push_back(c.id);
     std::sort(known.begin(), known.end());
     known.erase(std::unique(known.begin(), known.end()), known.end());
-    add(found, pair, p.a, p.b, true, out, kSharp);
+    append(found, pair, p.a, p.b, true, out, kSharp);
 }
 
 void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
@@ -624,7 +624,7 @@ void ContactFinder::rigid_on_wall(const std::vector<BodyRef>& bodies, int pair, 
         detect_wall(
             a.shape(), pose_now(a), [&](const Vec3& x) { return wall.sample(x, hint); }, reach_,
             found);
-    add(as_body_contacts(found, p, pair), out);
+    append(as_body_contacts(found, p, pair), out);
 }
 
 std::vector<BodyContact> ContactFinder::rigid_on_rigid(const std::vector<BodyRef>& bodies, int pair,

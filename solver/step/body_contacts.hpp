@@ -295,6 +295,8 @@ public:
     /// search distance: the largest of all pairs that may come near within it; 0 where none moves
     /// farther than its search distance (ratio). Of quasi-static steps; rods are left out.
     double motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
+    /// The same wherever the bodies are.
+    double prescribed_over_reach(const std::vector<BodyRef>& bodies, double from, double to);
 
     /// Bodies that have passed through each other between the start of the step and the iterate,
     /// farther than contacts can show; "" if none has.
@@ -364,15 +366,15 @@ private:
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
     std::vector<bool> made_;
     std::vector<std::vector<SeenDistance>> seen_;  // of rods' stations and walls, of each pair
-    std::vector<std::vector<std::int64_t>> sharp_; // ids met in this step, of each pair, ascending
+    std::vector<std::vector<std::int64_t>> sharp_; // ids found in this step, of each pair, ascending
     std::vector<AxisBox> boxes_;                   // of the bodies
     std::vector<AxisBox> swept_;                   // of the bodies, over the step
     std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
-    std::vector<double> thinnest_; // no part of a body is thinner, once asked for [m]
+    std::vector<double> thinnest_; // no part of a body is thinner; made at first use [m]
     std::vector<double> motion_;   // of a body's nodes in the step, the longest; < 0: not yet [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed
     std::vector<std::unique_ptr<Facets>> caps_;   // of the bodies: flat ends of cylinders
-    std::vector<double> thickness_;               // of the bodies, once asked for [m]
+    std::vector<double> thickness_;               // of the bodies; made at first use [m]
     std::vector<std::vector<PlaceRow>> rows_;     // of the given pairs, once there are some
     std::vector<double> start_depth_;     // of each pair at the start, if some begin inside [m]
     std::vector<double> start_tolerance_; // of each pair: what is closed stays an overlap [m]

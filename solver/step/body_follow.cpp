@@ -14,7 +14,7 @@
 // step ends, and their forces act half way (docs/theory/motion.md, decision 0015).
 //
 // With places x and velocities v of the start, x' and v' of the end, a rule that takes mean rates
-// of second order, and a constraint g, the step asks for g(x') = 0 and applies its impulse along D
+// of second order, and a constraint g, the step solves g(x') = 0 and applies its impulse along D
 // with D . (x' - x) = g(x') - g(x): no work is done by what holds, and none is lost by linearising.
 // Every iteration solves the one contact problem with D as the last iterate has it; each leaves of
 // the error about the step's length times the speed at which directions turn.
@@ -68,15 +68,16 @@ void BodyStepper::start_following()
         ways.frame = ways.end_frame = c.frame;
         ways.point = ways.end_point = c.point;
         ways.gap = c.gap;
-        Vec3 velocity = body(std::size_t(c.a)).start_velocity(list_.place_a(c));
-        if (c.b >= 0) velocity -= body(std::size_t(c.b)).start_velocity(list_.place_b(c));
+        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(c), VelocityAt::start);
+        if (c.b >= 0)
+            velocity -= body(std::size_t(c.b)).velocity(list_.place_b(c), VelocityAt::start);
         ways.approach = c.frame.col(0).dot(velocity);
         contacts_on_.push_back(ways);
     }
 }
 
 /// The iterate continues by the forces of the step before: directions half way are then known
-/// up to the square of the step. Of rigid bodies alone, whose motion asks for nothing else.
+/// up to the square of the step. Of rigid bodies alone, whose motion needs nothing else.
 void BodyStepper::expect_motion()
 {
     if (!follows_some()) return;
@@ -98,8 +99,8 @@ void BodyStepper::expect_motion()
 }
 
 /// Where all rows hold and all contacts stick, their forces are those of linear equations: most
-/// iterations of steps that are followed ask for no more. Dependent rows (a closed chain of hinges)
-/// that are inconsistent are an error of the iterate, which decreases with the iterations.
+/// iterations of steps that are followed have no lower tolerance. Dependent rows (a closed chain of
+/// hinges) that are inconsistent are an error of the iterate, which decreases with the iterations.
 /// @return  false if that is not so, or not known: nothing has changed
 bool BodyStepper::all_rows_hold()
 {
@@ -275,7 +276,7 @@ void BodyStepper::find_joints()
 }
 
 /// After a step that has been accepted.
-void BodyStepper::remember_joints()
+void BodyStepper::store_joints()
 {
     for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
         if (!(system_.couplings[c].softness > 0)) continue; // of joints nothing is carried on

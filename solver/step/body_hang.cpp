@@ -153,7 +153,7 @@ void BodyStepper::find_hanging_on_joints()
             longest[b] = std::max(longest[b], p.norm());
             passing[b] += std::abs(f) * p.norm();
             if (!coupling.slides) own[b] += stiffness_of_arm(p, side.sign * f * row.direction);
-            apart.middleCols(first[b], 6) += side.sign * J * body(b).modes();
+            apart.middleCols(first[b], 6) += side.sign * J * body(b).matrix().modes();
         }
         if (!coupling.along_line || !(row.length > 0)) continue;
         const Mat3 across = Mat3::Identity() - row.direction * row.direction.transpose();
@@ -170,10 +170,11 @@ void BodyStepper::find_hanging_on_joints()
     bool near = !acting.empty();
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!free(b) || !(longest[b] > 0)) continue;
-        const Eigen::MatrixXd turns = body(b).modes().bottomRightCorner(3, 3);
+        const Eigen::MatrixXd turns = body(b).matrix().modes().bottomRightCorner(3, 3);
         const bool known = passing[b] > 0;
         const double size = known ? passing[b] : load * longest[b];
-        const Eigen::VectorXd left = mode_load_[b] + body(b).modes().transpose() * forces[b];
+        const Eigen::VectorXd left =
+            mode_load_[b] + body(b).matrix().modes().transpose() * forces[b];
         const double moment =
             known ? std::min((turns.inverse() * left.tail(3)).norm(), size) : size;
         near &= known && moment <= kNearBalance * size;
@@ -209,12 +210,12 @@ Eigen::MatrixXd BodyStepper::unloaded_modes(std::size_t b,
 /// An unstable balance of bodies that hang, as of one above its joint, is left along its lowest
 /// mode. K = S + B^T W^-1 B with the elastic W of what holds them.
 /// @return  whether they were; never where they touch something, whose surfaces S leaves out
-bool BodyStepper::leave_upright()
+bool BodyStepper::leave_unstable_balance()
 {
     constexpr double kAside = 0.1;  // rad
     constexpr double kStiff = 1e-9; // of the rows' compliance: what rigid bodies hold by
     constexpr double kMargin = 1e-3;
-    if (hanging_.empty() || left_upright_ || nothing_) return false;
+    if (hanging_.empty() || left_unstable_ || nothing_) return false;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         if (force_.count(key(c)) > 0) return false;
     find_hanging();
@@ -231,7 +232,7 @@ bool BodyStepper::leave_upright()
     const Eigen::MatrixXd half = root.transpose().triangularView<Eigen::Lower>().solve(coupled_B_);
     const SymmetricEigen e = symmetric_eigen(Eigen::MatrixXd(S + half.transpose() * half));
     if (!e.converged || !(e.values[0] < -kMargin * S.norm())) return false;
-    left_upright_ = true;
+    left_unstable_ = true;
     Eigen::VectorXd way = Eigen::VectorXd::Zero(hanging_.stiffness.cols());
     way(seen) = e.vectors.col(0);
     double longest = 0;
@@ -241,8 +242,8 @@ bool BodyStepper::leave_upright()
         if (mode_load_[b].size() > 0) longest = std::max(longest, of(b).norm() / body(b).size());
     for (std::size_t b = 0; b < bodies(); ++b)
         if (system_.refs[b].rigid && mode_load_[b].size() > 0)
-            body(b).update(Eigen::VectorXd::Zero(body(b).unknowns()), kAside / longest * of(b),
-                           body_force_[b]);
+            body(b).update(Eigen::VectorXd::Zero(body(b).matrix().unknowns()),
+                           kAside / longest * of(b), body_force_[b]);
     return true;
 }
 
@@ -292,7 +293,7 @@ double BodyStepper::hanging_imbalance(const std::vector<Eigen::VectorXd>& forces
     if (hanging_.empty()) return worst;
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (!system_.refs[b].rigid || mode_load_[b].size() == 0 || rows_.row[b].empty()) continue;
-        const Eigen::MatrixXd& R = body(b).modes();
+        const Eigen::MatrixXd& R = body(b).matrix().modes();
         const double size =
             mode_load_[b].norm() +
             (R.transpose() * (rows_.columns[b].cwiseAbs() * own(rows_, r_, b).cwiseAbs())).norm();

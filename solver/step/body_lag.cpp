@@ -71,7 +71,7 @@ void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> 
         held.contact.id = name.id;
         stays_[name] = std::move(held);
     }
-    const auto gone = [&](HeldContact& held) {
+    const auto vanished = [&](HeldContact& held) {
         BodyContact& k = held.contact;
         const auto add = [&](const std::vector<StencilEntry>& nodes, std::int32_t& begin,
                              std::int32_t& end) {
@@ -98,7 +98,7 @@ void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> 
     };
     for (auto h = stays_.begin(); h != stays_.end();) {
         const bool found = measuring_ && now.count(h->first) > 0;
-        h = !found && gone(h->second) && !measuring_ ? stays_.erase(h) : std::next(h);
+        h = !found && vanished(h->second) && !measuring_ ? stays_.erase(h) : std::next(h);
     }
 }
 

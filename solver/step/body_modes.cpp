@@ -1,6 +1,6 @@
 #include "solver/step/body_stepper.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/solid_body.hpp"
@@ -171,8 +171,8 @@ std::string BodyStepper::toppling()
         if (rows.row[b].empty()) continue;
         SolidBody* const solid = system_.refs[b].solid;
         if (system_.refs[b].rod || (solid && !stressed(b) && solid->is_stabilised())) return "";
-        body(b).compliance(rows.columns[b], W[b]);
-        modes += body(b).modes().cols();
+        body(b).matrix().compliance(rows.columns[b], W[b]);
+        modes += body(b).matrix().modes().cols();
         if (!stressed(b)) continue;
         Eigen::MatrixXd none;
         negative += solid->true_tangent_compliance(rows.columns[b].leftCols(0), none);
@@ -189,7 +189,7 @@ std::string BodyStepper::toppling()
                     B = Eigen::MatrixXd::Zero(Eigen::Index(closed.size()), modes);
     Eigen::Index at = 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
-        const Eigen::MatrixXd& R = body(b).modes();
+        const Eigen::MatrixXd& R = body(b).matrix().modes();
         if (rows.row[b].empty() || R.cols() == 0) continue;
         const Eigen::MatrixXd seen = rows.columns[b].transpose() * R;
         for (std::size_t i = 0; i < rows.row[b].size(); ++i)
@@ -335,7 +335,7 @@ bool BodyStepper::solve_with_modes()
         }
         if (there) return true;
         if (worst <= options_.tolerance && worst > 0.5 * best) return true; // at round-off
-        // Balance is asked for where bodies have rolled to, not here.
+        // Balance is required where bodies have rolled to, not here.
         if (rolls_ && !hanging_.empty() && step + 1 == kMostRolling) return true;
         // The forces on a small body may be negligible beside those that the error is relative to:
         // continue.
@@ -355,7 +355,8 @@ bool BodyStepper::solve_with_modes()
             unbalanced_body_ = worst_body;
             report_.refusal = fmt::format(
                 "{} is not in balance ({:.1e} of the forces on it): nothing holds its {}",
-                system_.refs[worst_body].name, worst, body(worst_body).mode_name(worst_motion));
+                system_.refs[worst_body].name, worst,
+                body(worst_body).matrix().mode_name(worst_motion));
             if (worst <= kPushedAside && is_free_to_slide(worst_body))
                 report_.refusal +=
                     "; its contacts have no friction, and surfaces that deform push it "
@@ -426,9 +427,9 @@ bool BodyStepper::couple_modes()
 
 /// W with the modes at the weight that the multipliers have, and with their own, for the
 /// certificate.
-/// @param give  elastic compliance of each row [m/N]
+/// @param row_compliance  elastic compliance of each row [m/N]
 /// @return  false: they cannot be coupled in numbers of this size
-bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
+bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& row_compliance,
                                     const std::vector<Eigen::MatrixXd>& W,
                                     const std::vector<std::pair<int, double>>& soft)
 {
@@ -454,7 +455,7 @@ bool BodyStepper::add_coupled_modes(const Eigen::VectorXd& give,
     Eigen::MatrixXd T = free.asDiagonal();
     // Rows of rigid bodies alone hold with any weight, but S may be negative there.
     const double firm = hanging_.empty() ? 0 : hanging_.load / least_size;
-    Eigen::VectorXd yields = give;
+    Eigen::VectorXd yields = row_compliance;
     if (!hanging_.empty())
         for (const auto& [row, own] : soft)
             yields[row] += own;

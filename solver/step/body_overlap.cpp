@@ -61,7 +61,7 @@ RowLimits between_meshes(const OverlapSpot& s, double allowed)
 
 /// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
 /// to the shape, the rows come to that, so that its force does not fall. Round shapes (balls) may
-/// be smaller than a face whose nodes carry next to nothing: rows leave as much less.
+/// be smaller than a face whose nodes carry a negligible load: rows leave as much less.
 /// @param pressed  how far the place has been pressed out by strain [m]
 RowLimits beside_shape(const OverlapSpot& s, double allowed, double pressed)
 {
@@ -115,7 +115,7 @@ double ContactFinder::thinner_of(const std::vector<BodyRef>& bodies, const Conta
     return p.b >= 0 ? std::min(own, thickness(bodies, p.b)) : own;
 }
 
-/// 0 as long as nothing has asked for it: a search in shapes takes less than it.
+/// 0 until it is first needed: a search in shapes takes less time.
 double ContactFinder::thinner_if_known(const ContactPair& p) const
 {
     const auto known = [&](int body) {
@@ -139,7 +139,12 @@ void ContactFinder::limit_reach(const std::vector<BodyRef>& bodies, bool dynamic
             const double most = rigid && is_round(rigid->shape())
                                     ? std::numeric_limits<double>::infinity()
                                     : kReachOfThickness * thinner_of(bodies, p);
-            p.reach = std::clamp(p.reach, std::min(kLeastReach * size, most), most);
+            // At rest what is pressed in one step may be seen all the way: a small reach would only
+            // divide it into more, and leave out gaps of coarse faces that are larger.
+            ContactPair usual;
+            set_reach(usual, 0, size);
+            const double least = dynamic ? kLeastReach * size : usual.reach;
+            p.reach = std::clamp(p.reach, std::min(least, most), most);
             p.margin = std::min(p.margin, p.reach);
         } else if (!dynamic) {
             p.reach = std::max(p.reach, kLeastReach * size);
@@ -385,6 +390,20 @@ void ContactFinder::set_start_overlaps(const std::vector<BodyRef>& bodies, bool 
 double ContactFinder::start_overlap_left(int pair) const
 {
     return start_depth_.empty() ? 0 : start_share_ * start_depth_[std::size_t(pair)];
+}
+
+double ContactFinder::prescribed_over_reach(const std::vector<BodyRef>& bodies, double from,
+                                            double to)
+{
+    limit_reach(bodies, false);
+    double share = 0;
+    for (std::size_t k = 0; k < given_; ++k) {
+        const ContactPair& p = pairs_[k];
+        double way = bodies[std::size_t(p.a)].body->prescribed_motion(from, to);
+        if (p.b >= 0) way += bodies[std::size_t(p.b)].body->prescribed_motion(from, to);
+        if (!p.small) share = std::max(share, way / p.reach);
+    }
+    return share;
 }
 
 double ContactFinder::motion_over_reach(const std::vector<BodyRef>& bodies, double from, double to)

@@ -145,16 +145,16 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
             if (r.of_b == of_b) near.add(weighted(r.own.nodes(), own->places()));
         if (!(near.low <= near.high).all()) continue;
         std::optional<FaceDistance> faces;
-        const ContactSurface* met = exact ? nullptr : of_b ? p.surface_a : p.surface_b;
+        const ContactSurface* opposite = exact ? nullptr : of_b ? p.surface_a : p.surface_b;
         std::optional<SmoothNormalsOnDemand> smooth;
-        if (met) {
+        if (opposite) {
             // The nearest face is no farther than this, or out of reach.
             near.low -= 2 * reach_;
             near.high += 2 * reach_;
             const std::span<const Vec3> places = (of_b ? a.solid : b)->places();
-            faces.emplace(PlacedSurface{*met->facets, places}, near);
+            faces.emplace(PlacedSurface{*opposite->facets, places}, near);
             if (faces->empty()) continue;
-            smooth.emplace(met->facets->surface(), places, met->sharp.smooth);
+            smooth.emplace(opposite->facets->surface(), places, opposite->sharp.smooth);
         }
         std::int32_t hint = -1;
         for (const PlaceRow& r : rows_[std::size_t(pair)]) {
@@ -177,7 +177,7 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
                 const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
                 if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
                 foot_place = faces->place_of(*foot);
-                normal = smooth_normal_at(*foot, foot_place, *met->facets, *smooth);
+                normal = smooth_normal_at(*foot, foot_place, *opposite->facets, *smooth);
                 k.gap = normal.dot(k.point - foot->point);
             }
             if (out_of.dot(normal) > -kFacing) continue; // a side, which this face does not press

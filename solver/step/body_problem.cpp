@@ -1,6 +1,6 @@
 #include "solver/step/body_stepper.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/body/solid_body.hpp"
 
@@ -14,7 +14,7 @@ namespace {
 
 // The part of a body's rigid modes in W is this many times its elastic part: the modes are found by
 // the method of multipliers, whose error falls by about this factor each time. As many digits of
-// the elastic part are lost: where the tolerance asks for them it is less.
+// the elastic part are lost: where the tolerance requires them it is less.
 constexpr double kModeWeight = 1e2, kFineModeWeight = 10, kFine = 1e-10;
 constexpr double kStressedModeWeight = 10; // of the stiffness of contacts against the modes
 // Newton's method on a stored W gains digits at negligible cost: what linear solids are solved
@@ -66,7 +66,7 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
 {
     std::vector<Eigen::VectorXd> f(bodies());
     for (std::size_t b = 0; b < bodies(); ++b) {
-        f[b] = Eigen::VectorXd::Zero(body(b).unknowns());
+        f[b] = Eigen::VectorXd::Zero(body(b).matrix().unknowns());
         if (!rows.row[b].empty()) f[b] += rows.columns[b] * own(rows, r, b);
     }
     return f;
@@ -80,12 +80,12 @@ bool BodyStepper::uses_factored_delassus() const
     for (std::size_t b = 0; b < bodies(); ++b) {
         const std::vector<int>& own = rows_.row[b];
         if (own.empty()) continue;
-        if (body(b).modes().cols() > 0) return false;
+        if (body(b).matrix().modes().cols() > 0) return false;
         // A body's contact with itself has rows twice.
         if (std::ranges::adjacent_find(own, std::ranges::greater_equal()) != own.end())
             return false;
         const auto rows = double(own.size());
-        of_bodies += rows * std::min(rows, double(body(b).unknowns()));
+        of_bodies += rows * std::min(rows, double(body(b).matrix().unknowns()));
         of_W += rows * rows;
     }
     return of_bodies < 0.5 * of_W;
@@ -94,7 +94,7 @@ bool BodyStepper::uses_factored_delassus() const
 /// Stiffness of a solid below each contact of a rod, independent of the number of contacts.
 void BodyStepper::note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W)
 {
-    if (step_.dynamic || !system_.refs[b].solid || body(b).modes().cols() > 0) return;
+    if (step_.dynamic || !system_.refs[b].solid || body(b).matrix().modes().cols() > 0) return;
     std::vector<int> local(std::size_t(rows_.count), -1);
     for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
         local[std::size_t(rows_.row[b][i])] = int(i);
@@ -102,8 +102,8 @@ void BodyStepper::note_support_stiffness(std::size_t b, const Eigen::MatrixXd& W
         const int c = rows_.chosen[i], row = local[std::size_t(rows_.first[i])];
         if (row < 0 || c >= int(list_.contact.size())) continue;
         if (!system_.refs[std::size_t(list_.contact[std::size_t(c)].a)].rod) continue;
-        const double give = W.col(row).cwiseAbs().sum();
-        if (give > 0) support_stiffness_[key(c)] = 1 / give;
+        const double row_compliance = W.col(row).cwiseAbs().sum();
+        if (row_compliance > 0) support_stiffness_[key(c)] = 1 / row_compliance;
     }
 }
 
@@ -131,8 +131,8 @@ void BodyStepper::assemble()
                                     : ContactKind::frictionless;
         if (joint) {
             // A spring yields by its force over its stiffness.
-            const double give = compliance_of_row(std::size_t(c - n_contacts));
-            if (give > 0) soft.emplace_back(rows_.first[i], give);
+            const double row_compliance = compliance_of_row(std::size_t(c - n_contacts));
+            if (row_compliance > 0) soft.emplace_back(rows_.first[i], row_compliance);
         }
     }
     problem_.q = values(rows_);
@@ -146,7 +146,7 @@ void BodyStepper::assemble()
     held_.resize(0);
     if (uses_factored_delassus()) {
         for (std::size_t b = 0; b < bodies(); ++b)
-            if (!rows_.row[b].empty()) W[b] = compliance_root(body(b), rows_.columns[b]);
+            if (!rows_.row[b].empty()) W[b] = compliance_root(body(b).matrix(), rows_.columns[b]);
         problem_.W = delassus_of_bodies(rows_, std::move(W), soft);
         report_.compliance += watch.seconds();
         return;
@@ -156,31 +156,31 @@ void BodyStepper::assemble()
     bool modes = false;
     // Elastic give of each row: a stiff body's modes act on rows through the bodies that it rests
     // on.
-    Eigen::VectorXd give = Eigen::VectorXd::Zero(rows_.count);
+    Eigen::VectorXd row_compliance = Eigen::VectorXd::Zero(rows_.count);
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (rows_.row[b].empty()) continue;
-        body(b).compliance(rows_.columns[b], W[b]);
+        body(b).matrix().compliance(rows_.columns[b], W[b]);
         note_support_stiffness(b, W[b]);
         for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-            give[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
+            row_compliance[rows_.row[b][i]] += W[b](Eigen::Index(i), Eigen::Index(i));
     }
     double least = std::numeric_limits<double>::infinity(); // of the bodies that touch [m]
     for (std::size_t b = 0; b < bodies(); ++b)
         if (!rows_.row[b].empty()) least = std::min(least, body(b).size());
     for (std::size_t b = 0; b < bodies(); ++b) {
-        const Eigen::MatrixXd& R = body(b).modes();
+        const Eigen::MatrixXd& R = body(b).matrix().modes();
         if (rows_.row[b].empty() || R.cols() == 0) continue;
         modes = true;
         B_[b] = rows_.columns[b].transpose() * R;
         double& s = mode_scale_[b];
         double elastic = 0;
         for (const int row : rows_.row[b])
-            elastic += give[row];
+            elastic += row_compliance[row];
         const double rigid = B_[b].squaredNorm();
         if (stressed(b)) {
             double hold = 0;
             for (std::size_t i = 0; i < rows_.row[b].size(); ++i)
-                if (const double w = give[rows_.row[b][i]]; w > 0)
+                if (const double w = row_compliance[rows_.row[b][i]]; w > 0)
                     hold += B_[b].row(Eigen::Index(i)).squaredNorm() / w;
             s = hold > 0 ? kStressedModeWeight * double(R.cols()) / hold : 1;
         } else if (elastic > 0 && rigid > 0 && !feeds_freely_[b]) {
@@ -202,12 +202,12 @@ void BodyStepper::assemble()
         return sum_of_bodies(rows_, W, soft);
     };
     if (!hanging_.empty()) couple_modes();
-    if (modes && modes_coupled_ && !add_coupled_modes(give, W, soft)) {
+    if (modes && modes_coupled_ && !add_coupled_modes(row_compliance, W, soft)) {
         modes_coupled_ = false;
         modes_apart_ = true;
     }
     if (!modes_coupled_) hanging_ = {};
-    // Bodies that roll are held by next to nothing: gaps would be none beside what they yield by.
+    // Bodies that roll are hardly held: gaps would be none beside their compliance.
     if (rolls_ && modes_coupled_) measured_W_ = sum(1 / mode_weight());
     if (!modes || !modes_coupled_) {
         if (modes) measured_W_ = sum(1 / mode_weight());
@@ -429,11 +429,11 @@ bool BodyStepper::solve()
         std::vector<Eigen::VectorXd> motion(bodies());
         for (std::size_t b = 0; b < bodies(); ++b) {
             y_[b] = free_[b];
-            if (!rows_.row[b].empty() && body(b).unknowns() > 0)
-                y_[b] += body(b).solve(rows_.columns[b], own(rows_, r_, b));
+            if (!rows_.row[b].empty() && body(b).matrix().unknowns() > 0)
+                y_[b] += body(b).matrix().solve(rows_.columns[b], own(rows_, r_, b));
             y_[b] = unstabilised(b, y_[b]);
             motion[b] = y_[b];
-            if (mode_[b].size() > 0) motion[b] += body(b).modes() * mode_[b];
+            if (mode_[b].size() > 0) motion[b] += body(b).matrix().modes() * mode_[b];
         }
         u = values(all_);
         add_motion(all_, motion, u);
@@ -505,7 +505,7 @@ bool BodyStepper::finish_iteration()
         if (mode_load_[b].size() > 0)
             body(b).set_unconstrained_modes(unconstrained_modes(b, kUnfelt));
         body(b).update(y_[b], mode_[b], body_force_[b]);
-        if (body(b).accepted_step_length() < 1) {
+        if (body(b).outcome().accepted_length < 1) {
             motion_before_.resize(0); // the motions used for extrapolation must be full ones
             changes_.resize(0, 0);
             made_.resize(0, 0);

@@ -36,7 +36,7 @@ BodyRecord record_rigid(const RigidBody& body)
         r.triangles.push_back({t[0], t[1], t[2]});
     Field velocity{"velocity", "m/s", 3, {}};
     for (const Vec3& x : r.points) {
-        const Vec3 v = body.velocity({{}, x});
+        const Vec3 v = body.velocity({{}, x}, VelocityAt::iterate);
         velocity.values.insert(velocity.values.end(), v.data(), v.data() + 3);
     }
     r.point_fields.push_back(std::move(velocity));
@@ -294,7 +294,7 @@ void add_probes(SolidBody& solid, int b, const std::string& name, const BodyStep
     std::vector<double> at_nodes; // pressures
     // Values of a probe at a place or a set, in the order of kProbeFields; without stress where
     // there is none.
-    const auto tell = [&](const ProbeInput& probe, auto&& add) {
+    const auto add_probe = [&](const ProbeInput& probe, auto&& add) {
         const Vec3 d = solid.probe_displacement(probe);
         add("_displacement_x", "m", d[0]);
         add("_displacement_y", "m", d[1]);
@@ -319,7 +319,7 @@ void add_probes(SolidBody& solid, int b, const std::string& name, const BodyStep
     for (const ProbeInput& probe : solid.probes()) {
         const std::string own = name + "_" + probe.name;
         if (!probe.line.given) {
-            tell(probe, [&](const std::string& what, const char* unit, double value) {
+            add_probe(probe, [&](const std::string& what, const char* unit, double value) {
                 out.push_back({own + what, unit, value});
             });
             continue;
@@ -329,7 +329,7 @@ void add_probes(SolidBody& solid, int b, const std::string& name, const BodyStep
         for (const ProbeInput::Place& p : probe.along) {
             place.found = p.found;
             std::map<std::string, double>& values = found.emplace_back();
-            tell(place, [&](const std::string& what, const char*, double value) {
+            add_probe(place, [&](const std::string& what, const char*, double value) {
                 values[what.substr(1)] = value;
             });
         }
@@ -421,7 +421,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         }
         if (b.rod) {
             const RodInput& input = scene.rods[rod++];
-            std::set<std::string> told; // two may act at one place
+            std::set<std::string> taken_places; // two may act at one place
             const auto place_of = [&](const std::string& set, const std::optional<double>& at) {
                 return set.empty() ? fmt::format("{:g}", *at) : set;
             };
@@ -429,7 +429,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             for (std::size_t k = 0; k < reactions.size(); ++k) {
                 if (input.instrument && input.hold[k].set == "start") continue; // its base: below
                 std::string place = place_of(input.hold[k].set, input.hold[k].at);
-                for (int n = 2; !told.insert(place).second; ++n)
+                for (int n = 2; !taken_places.insert(place).second; ++n)
                     place = fmt::format("{}_{}", place_of(input.hold[k].set, input.hold[k].at), n);
                 vector(b.name + "_" + place + "_force", "N", reactions[k][0]);
                 vector(b.name + "_" + place + "_moment", "N m", reactions[k][1]);
@@ -443,9 +443,9 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             vector(b.name + "_end_tangent", "",
                    rotation_matrix(nodes.back().q) *
                        b.rod->model().axis(b.rod->model().element_count() - 1, 1));
-            told.clear();
+            taken_places.clear();
             for (const RodLoad& l : input.loads)
-                if (l.at && told.insert(place_of("", l.at)).second)
+                if (l.at && taken_places.insert(place_of("", l.at)).second)
                     vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
                            nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
             out.push_back({b.name + "_max_displacement", "m", most});
@@ -500,8 +500,9 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
     Vec3 momentum = Vec3::Zero(), angular = Vec3::Zero();
     if (dynamic) {
         for (const BodyRef& b : system.refs) {
-            momentum += b.body->momentum();
-            angular += b.body->angular_momentum();
+            const BodyMotion motion = b.body->motion();
+            momentum += motion.momentum;
+            angular += motion.angular_momentum;
         }
         vector("momentum", "kg m/s", momentum);
         vector("angular_momentum", "kg m^2/s", angular);

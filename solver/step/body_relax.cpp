@@ -41,7 +41,7 @@ Kept keep(const BodySystem& system)
     return k;
 }
 
-void go_back(BodySystem& system, const Kept& k)
+void restore_bodies(BodySystem& system, const Kept& k)
 {
     for (std::size_t b = 0; b < system.bodies.size(); ++b)
         system.bodies[b]->set_state(k.bodies[b]);
@@ -125,7 +125,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
             const double jump = way();
             const bool rests = still.accepted && jump <= kWay * radius;
             if (still.accepted && !rests) {
-                go_back(system, before);
+                restore_bodies(system, before);
                 still.accepted = false;
             }
             count(still);
@@ -171,7 +171,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
 
     // ---- Result
     set_viscous_drag(0);
-    go_back(system, start);
+    restore_bodies(system, start);
     if (sum.refusal.empty())
         sum.refusal =
             fmt::format("no balance found within {} steps with a viscous drag", kMostSteps);

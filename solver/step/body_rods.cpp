@@ -101,7 +101,7 @@ bool BodyStepper::solve_rods()
     y_ = answer.motion;
     mode_.assign(bodies(), {});
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (!system_.refs[b].rod) y_[b] = Eigen::VectorXd::Zero(body(b).unknowns());
+        if (!system_.refs[b].rod) y_[b] = Eigen::VectorXd::Zero(body(b).matrix().unknowns());
         if (!y_[b].allFinite()) {
             report_.refusal = "the tangent of " + system_.refs[b].name + " is singular";
             return false;
@@ -187,7 +187,7 @@ ContactProblem rods_problem(BodySystem& system, const BodyStepReport& report,
     make_rows(k, rows);
     std::vector<Eigen::MatrixXd> W(system.refs.size());
     for (std::size_t b = 0; b < system.refs.size(); ++b)
-        if (!rows.row[b].empty()) system.refs[b].body->compliance(rows.columns[b], W[b]);
+        if (!rows.row[b].empty()) system.refs[b].body->matrix().compliance(rows.columns[b], W[b]);
     problem.W = sum_of_bodies(rows, W, {});
     reaction.resize(rows.count);
     Eigen::VectorXd u(rows.count);

@@ -19,7 +19,7 @@
 //
 // where the motion a of the modes moves the places of contacts and turns their normals. It is taken
 // by differences of contacts found at two places. Friction is left out: of what rolls in balance it
-// is small, and its moment about the normal, which a point contact cannot have, would let the body
+// is small, and its moment about the normal, which a point contact cannot have, would make the body
 // spin. Only contacts between rigid bodies, and of these with obstacles, count.
 
 namespace amontons {
@@ -116,9 +116,10 @@ Eigen::MatrixXd BodyStepper::rolling_stiffness()
                 const Body& body = this->body(std::size_t(b));
                 column.clear();
                 body.add_column({{}, at->point}, at->frame.col(0), sign, 0, column);
+                const Eigen::MatrixXd& R = body.matrix().modes();
                 for (const auto& entry : column)
-                    on.segment(first[std::size_t(b)], body.modes().cols()) +=
-                        entry.value() * body.modes().row(entry.row()).transpose();
+                    on.segment(first[std::size_t(b)], R.cols()) +=
+                        entry.value() * R.row(entry.row()).transpose();
             }
         }
         return on;
@@ -152,7 +153,7 @@ void BodyStepper::find_rolling()
     double load = 0;             // [N]
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
-        if (!system_.refs[b].rigid) return; // the balance of others is not asked for once more
+        if (!system_.refs[b].rigid) return; // the balance of others is not examined once more
         load += mode_load_[b].norm();
     }
     const Eigen::MatrixXd S = rolling_stiffness();
@@ -171,7 +172,7 @@ void BodyStepper::find_rolling()
     pull_back(load);
 }
 
-/// What no force determines stays where the step starts, as far as contacts let it: a spring there,
+/// What no force determines stays where the step starts, as far as contacts permit: a spring there,
 /// which fades as the iterate settles, and is zero in the end.
 void BodyStepper::pull_back(double load)
 {

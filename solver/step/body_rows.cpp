@@ -33,6 +33,8 @@ std::array<Side, 2> sides_of(const Contacts& k, int c)
     const CouplingRow& row = k.joints[std::size_t(c - contacts)];
     s[0] = {joint.a.body, row.place_a(joint), 1};
     s[1] = {joint.b.body, row.place_b(joint), -1};
+    for (Side& side : s) // of the iterate: contacts stay where the step found them
+        side.place.half_way = true;
     return s;
 }
 
@@ -107,7 +109,7 @@ void make_rows(const Contacts& k, Rows& p)
         for (const Side& s : sides_of(k, c)) {
             if (s.body < 0) continue;
             const std::size_t b = std::size_t(s.body);
-            if (k.bodies[b].body->unknowns() == 0) continue;
+            if (k.bodies[b].body->matrix().unknowns() == 0) continue;
             for (int i = 0; i < n; ++i) {
                 const Vec3 d = joint ? k.joints[std::size_t(c - contacts)].direction
                                      : Vec3(k.all.contact[std::size_t(c)].frame.col(i));
@@ -121,7 +123,7 @@ void make_rows(const Contacts& k, Rows& p)
     }
     p.columns.clear();
     for (std::size_t b = 0; b < bodies; ++b)
-        p.columns.push_back(columns[b].matrix(k.bodies[b].body->unknowns()));
+        p.columns.push_back(columns[b].matrix(k.bodies[b].body->matrix().unknowns()));
 }
 
 std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
@@ -129,7 +131,7 @@ std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
 {
     std::vector<Eigen::VectorXd> on;
     for (const BodyRef& b : k.bodies)
-        on.push_back(Eigen::VectorXd::Zero(b.body->unknowns()));
+        on.push_back(Eigen::VectorXd::Zero(b.body->matrix().unknowns()));
     std::vector<Eigen::Triplet<double>> column;
     for (const ActingForce& a : acting)
         for (const Side& s : sides_of(k, a.contact)) {
@@ -193,13 +195,14 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
             const Body& b = *k.bodies[std::size_t(s.body)].body;
             if (ways) {
                 moved += s.sign * b.displacement(s.place);
-                velocity += s.sign * b.velocity({s.place.nodes, ways->end_point});
+                velocity +=
+                    s.sign * b.velocity({s.place.nodes, ways->end_point}, VelocityAt::iterate);
             } else if (!step.dynamic) {
                 moved += s.sign * b.displacement(s.place);
             } else {
-                velocity += s.sign * b.velocity(s.place);
-                before += s.sign * b.start_velocity(s.place);
-                past += s.sign * b.past_velocity(s.place);
+                velocity += s.sign * b.velocity(s.place, VelocityAt::iterate);
+                before += s.sign * b.velocity(s.place, VelocityAt::start);
+                past += s.sign * b.velocity(s.place, VelocityAt::past);
             }
         }
         const BodyContact& contact = k.all.contact[c];
@@ -223,11 +226,15 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
         const double left =
             ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
         if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
-        if (pair.restitution > 0) {
-            // Newton's law where the surfaces would touch within the step.
+        // What overlaps at the start is separated before time 0, where nothing strikes.
+        if (pair.restitution > 0 && step.start >= 0) {
+            // Newton's law where the surfaces would touch within the step, in Moreau's form: what
+            // separates already may approach by as much times the coefficient. If it were kept from
+            // that, an impact beside it would lift all that lies on it at the same velocity, and
+            // generate energy (Moreau 1988, section 9).
             // Else they have no row: the law of gaps would anticipate a part of the impact.
-            const bool meet = left + 0.5 * step.h * approach <= 0;
-            all[c][0] = meet ? now + pair.restitution * std::min(approach, 0.0) : size / lever;
+            const bool closes = left + 0.5 * step.h * approach <= 0;
+            all[c][0] = closes ? now + pair.restitution * approach : size / lever;
         }
     }
 }
@@ -282,9 +289,9 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
                                        std::size_t(start[row + 1] - start[row]));
     };
 
-    std::vector<double> give(n, 0);
+    std::vector<double> row_compliance(n, 0);
     for (const auto& [row, s] : soft)
-        give[std::size_t(row)] += s;
+        row_compliance[std::size_t(row)] += s;
     std::vector<CoupledRows> patterns;
     std::vector<int> pattern(n);
     std::vector<int> outer(n + 1, 0);
@@ -293,7 +300,7 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
         // Rows of a pair of bodies follow each other.
         if (j == 0 || own.empty() || !std::ranges::equal(own, bodies_of(j - 1))) {
             patterns.push_back(coupled_rows(rows, own));
-            if (own.empty() && give[j] > 0) patterns.back().rows.push_back(int(j));
+            if (own.empty() && row_compliance[j] > 0) patterns.back().rows.push_back(int(j));
         }
         pattern[j] = int(patterns.size()) - 1;
         outer[j + 1] = outer[j] + int(patterns.back().rows.size());
@@ -314,26 +321,27 @@ Eigen::SparseMatrix<double> sparse_sum(const Rows& rows, const std::vector<Eigen
             for (std::size_t i = 0; i < place.size(); ++i)
                 value[place[i]] += w[i];
         }
-        if (give[j] > 0)
-            value[std::ranges::lower_bound(coupled.rows, int(j)) - coupled.rows.begin()] += give[j];
+        if (row_compliance[j] > 0)
+            value[std::ranges::lower_bound(coupled.rows, int(j)) - coupled.rows.begin()] +=
+                row_compliance[j];
     }
     return sum;
 }
 
 } // namespace
 
-Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C)
+Eigen::MatrixXd compliance_root(StepMatrix& A, const SparseColumns& C)
 {
     constexpr int kRigid = 6; // unknowns of a rigid body: A is far smaller than W
-    if (body.unknowns() == kRigid) {
+    if (A.unknowns() == kRigid) {
         Eigen::MatrixXd inverse(kRigid, kRigid);
         for (int i = 0; i < kRigid; ++i)
-            inverse.col(i) = body.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(kRigid, i)));
+            inverse.col(i) = A.solve(Eigen::VectorXd(Eigen::VectorXd::Unit(kRigid, i)));
         const Eigen::MatrixXd root = cholesky_root(0.5 * (inverse + inverse.transpose()));
         if (root.size() > 0) return root * C;
     }
     Eigen::MatrixXd W;
-    body.compliance(C, W);
+    A.compliance(C, W);
     return semidefinite_root(W);
 }
 

@@ -86,7 +86,7 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
                 std::vector<Vec3>& all);
 
 /// G with G^T G = C^T A^+ C of a body.
-Eigen::MatrixXd compliance_root(Body& body, const SparseColumns& C);
+Eigen::MatrixXd compliance_root(StepMatrix& A, const SparseColumns& C);
 
 /// W of all bodies in the form DelassusOfBodies.
 /// @param G     of each body, C^T A^-1 C = G^T G

@@ -18,7 +18,7 @@ namespace {
 
 constexpr std::size_t kQuick = 6;  // iterations of a step in a medium: the next ...
 constexpr double kGrowth = 1.5;    // ... may be so much longer
-constexpr double kLagBelow = 0.13; // of the step asked for: see body_lag.cpp
+constexpr double kLagBelow = 0.13; // of the requested step: see body_lag.cpp
 constexpr int kMostWarnings = 8;   // of warnings of a kind
 
 } // namespace
@@ -67,6 +67,7 @@ bool BodySimulation::State::advance(double h, bool relaxed, double share)
     input.load = share;
     BodyStepOptions settings = step_options();
     settings.may_lag = !relaxed && h <= kLagBelow * scene.time.step;
+    settings.of_scene = !relaxed && !inputs.some_live();
     last = relaxed ? relax_rods(*system, input, settings) : try_body_step(*system, input, settings);
     add_seconds();
     if (!last.accepted) return false;
@@ -152,7 +153,7 @@ EnergyVerdict BodySimulation::State::judge_energy(const BeforeStep& before, doub
     return j.verdict;
 }
 
-/// Quasi-static: the balance that the first loads and places ask for; where it is not found at
+/// Quasi-static: the balance that the first loads and places request; where it is not found at
 /// once, under shares of the loads that grow to all of them.
 bool BodySimulation::State::find_first_balance()
 {
@@ -249,8 +250,8 @@ StepResult BodySimulation::State::record_accepted(StepRecord r)
     return accepted_step(std::move(r));
 }
 
-/// The state that a run begins from. Quasi-static: the balance that the first loads and places ask
-/// for.
+/// The state that a run begins from. Quasi-static: the balance that the first loads and places request
+/// .
 StepResult BodySimulation::State::begin()
 {
     const auto refused = [&] {
@@ -270,7 +271,7 @@ StepResult BodySimulation::State::begin()
     energy.elastic = elastic;
     if (dynamic()) {
         for (const BodyRef& b : system->refs)
-            energy.kinetic += b.body->kinetic_energy();
+            energy.kinetic += b.body->motion().kinetic_energy;
         energy.elastic += spring_energy(system->couplings, system->coupling_memory);
     }
     energy.elastic_start = energy.elastic;
@@ -492,12 +493,13 @@ std::vector<BodyPlan> BodySimulation::plan() const
     for (const Obstacle& o : state_->obstacles)
         plan.push_back({o.name, "obstacle", 0});
     for (const BodyRef& b : state_->system->refs)
-        plan.push_back({b.name,
-                        b.rigid ? "rigid"
-                        : b.rod ? "rod"
-                                : "solid",
-                        b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->unknowns(),
-                        b.solid ? set_sizes(b.solid->mesh()) : std::vector<SetSize>{}});
+        plan.push_back(
+            {b.name,
+             b.rigid ? "rigid"
+             : b.rod ? "rod"
+                     : "solid",
+             b.solid ? 3 * int(b.solid->mesh().nodes.size()) : b.body->matrix().unknowns(),
+             b.solid ? set_sizes(b.solid->mesh()) : std::vector<SetSize>{}});
     return plan;
 }
 

@@ -42,8 +42,9 @@ void BodyStepper::linearise()
     pass_fixed_contact_forces();
     for (std::size_t b = 0; b < bodies(); ++b) {
         body(b).linearise();
-        free_.push_back(body(b).free_change());
-        mode_load_.push_back(body(b).modes().cols() > 0 ? body(b).mode_load() : Eigen::VectorXd());
+        free_.push_back(body(b).matrix().free_change());
+        mode_load_.push_back(body(b).matrix().modes().cols() > 0 ? body(b).matrix().mode_load()
+                                                                 : Eigen::VectorXd());
     }
     find_hanging();
     report_.free_motion += watch.seconds();
@@ -171,8 +172,8 @@ void BodyStepper::find()
 /// tangential [m/s].
 Vec3 BodyStepper::past_slip(const BodyContact& c) const
 {
-    Vec3 slip = body(std::size_t(c.a)).past_velocity(list_.place_a(c));
-    if (c.b >= 0) slip -= body(std::size_t(c.b)).past_velocity(list_.place_b(c));
+    Vec3 slip = body(std::size_t(c.a)).velocity(list_.place_a(c), VelocityAt::past);
+    if (c.b >= 0) slip -= body(std::size_t(c.b)).velocity(list_.place_b(c), VelocityAt::past);
     const Vec3 n = c.frame.col(0);
     return slip - n.dot(slip) * n;
 }
@@ -205,8 +206,9 @@ bool BodyStepper::sliding_reversed()
         BodyContact at = c;
         if (!contacts_on_.empty())
             at.point = contacts_on_[std::size_t(&c - list_.contact.data())].end_point;
-        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(at));
-        if (c.b >= 0) velocity -= body(std::size_t(c.b)).velocity(list_.place_b(at));
+        Vec3 velocity = body(std::size_t(c.a)).velocity(list_.place_a(at), VelocityAt::iterate);
+        if (c.b >= 0)
+            velocity -= body(std::size_t(c.b)).velocity(list_.place_b(at), VelocityAt::iterate);
         if (past_slip(at).dot(velocity) > 0) continue;
         c.sliding_at_start = false;
         some = true;
@@ -222,15 +224,15 @@ void BodyStepper::follow_contacts()
     std::set<BodySystem::Key> now;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         now.insert(key(c));
-    std::vector<BodySystem::Key> gone;
+    std::vector<BodySystem::Key> dropped;
     for (const auto& [k, force] : force_) {
         if (k.pair < 0 || now.count(k) > 0) continue;
         const ContactPair& pair = system_.finder.pairs()[std::size_t(k.pair)];
         if (pair.b < 0 || !system_.refs[std::size_t(pair.a)].rod) continue;
         const BodyRef& b = system_.refs[std::size_t(pair.b)];
-        if (b.rod || (b.solid && is_crossing(k.id))) gone.push_back(k);
+        if (b.rod || (b.solid && is_crossing(k.id))) dropped.push_back(k);
     }
-    for (const BodySystem::Key& old : gone)
+    for (const BodySystem::Key& old : dropped)
         for (const std::int64_t id : neighbours(old.id)) {
             const BodySystem::Key next{old.pair, id};
             if (now.count(next) == 0 || force_.count(next) > 0 || motion_.count(next) > 0) continue;
@@ -342,7 +344,7 @@ bool BodyStepper::all_in_matrix() const
     return true;
 }
 
-/// The motion that Anderson's rule makes of an iteration's own, and remembers this iteration.
+/// Anderson's extrapolation of an iteration's motion; stores this iteration.
 /// @param change  of the motion since the iteration before
 Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
                                           const Eigen::VectorXd& change)
@@ -367,9 +369,18 @@ Eigen::VectorXd BodyStepper::extrapolated(const Eigen::VectorXd& motion,
 bool BodyStepper::faulty()
 {
     for (std::size_t b = 0; b < bodies(); ++b)
-        if (std::string why = body(b).fault(); !why.empty()) {
+        if (std::string why = body(b).outcome().fault; !why.empty()) {
             report_.refusal = std::move(why);
             append_lost_ellipticity();
+            return true;
+        }
+    for (const Coupling& c : system_.couplings) // drives that a caller sets are known here only
+        for (const auto& side : {c.a, c.b}) {
+            if (side.body < 0 || side.node < 0) continue;
+            const BodyRef& b = system_.refs[std::size_t(side.body)];
+            if (!b.rod || !b.rod->in_sheath({side.node, 0})) continue;
+            report_.refusal = fmt::format("the place of coupling {} on {} comes into its sheath",
+                                          c.input, b.name);
             return true;
         }
     return false;
@@ -391,8 +402,12 @@ bool BodyStepper::run()
     for (const BodyRef& b : system_.refs)
         spread_ |= b.rigid && b.rigid->spread();
     system_.finder.begin_step(system_.refs);
-    force_ = system_.warm;
-    sticks_ = system_.warm_sticks;
+    if (from_) {
+        begin_at_places();
+    } else {
+        force_ = system_.warm;
+        sticks_ = system_.warm_sticks;
+    }
 
     // ---- Start: contacts of motion, first iterate
     if (step_.dynamic) { // contacts stand where the step starts; what is prescribed moves them
@@ -439,8 +454,8 @@ bool BodyStepper::run()
         if (!(rods_only_ ? solve_rods() : solve())) return false;
         if (faulty()) return false;
         if ((!geometry && !nonlinear && !follows_some()) || check_end_of_step()) {
-            const bool rests = sliding_reversed(), upright = leave_upright();
-            if (!rests && !upright && !adds_rows()) {
+            const bool at_rest = sliding_reversed(), unstabilised = leave_unstable_balance();
+            if (!at_rest && !unstabilised && !adds_rows()) {
                 if (!frozen_ || lags_little()) break;
                 report_.refusal = fmt::format("contacts jump at the end of the step, by {:.1e} of "
                                               "their forces",
@@ -448,13 +463,14 @@ bool BodyStepper::run()
                 return false;
             }
             frozen_ = false;
-            if (!rests && !upright && step_.dynamic) { // contacts are found where the step starts
+            if (!at_rest && !unstabilised &&
+                step_.dynamic) { // contacts are found where the step starts
                 again_ = true;
                 report_.refusal = "bodies overlap";
                 return false;
             }
             find();
-            if (!rests) {
+            if (!at_rest) {
                 least = std::numeric_limits<double>::infinity();
                 halved = i;
                 most = i + 1 + options_.most_iterations;
@@ -500,6 +516,8 @@ bool BodyStepper::run()
         }
     }
 
+    if (part_) return report_.error <= report_.threshold;
+
     // ---- Refusal and its reason
     if (!(report_.error <= report_.threshold)) {
         report_.refusal = fmt::format("certificate {:.1e}", report_.error) + why_no_forces();
@@ -530,7 +548,7 @@ bool BodyStepper::run()
     report_.errors = errors_;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const BodyEnergy e = body(b).accept(body_force_[b]);
-        const std::string remark = body(b).remark();
+        const std::string remark = body(b).outcome().remark;
         if (!remark.empty()) report_.remarks.push_back(remark);
         if (system_.refs[b].name == toppling_body && remark.find(kNotStable) == remark.npos)
             report_.remarks.push_back(toppling_body + ": " + kNotStable +
@@ -543,13 +561,13 @@ bool BodyStepper::run()
         report_.energy.elastic += e.elastic;
         report_.energy.kinetic += e.kinetic;
     }
-    remember_joints();
+    store_joints();
     report_.energy.elastic += spring_energy(system_.couplings, system_.coupling_memory);
     system_.warm = force_;
     system_.warm_friction = std::move(friction_);
     system_.warm_sticks = sticks_;
     system_.finder.keep_rows([&](int pair, std::int64_t id) {
-        // In motion those that are near, which the next step would ask for again.
+        // In motion those that are near, which the next step would need again.
         if (step_.dynamic) return motion_.count({pair, id}) > 0;
         const auto known = force_.find({pair, id});
         return known != force_.end() && !known->second.isZero(0);
@@ -575,8 +593,10 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
     BodyStepOptions own = options;
     if (medium) own.most_iterations = std::min(own.most_iterations, kInMedium);
     std::optional<BodyStepper> tried;
-    system.finder.begin_rows(step.dynamic);
     try {
+        if (!step.dynamic && options.of_scene && step_from_rest(system, step, own, report))
+            return report;
+        system.finder.begin_rows(step.dynamic);
         for (int i = 0; i < kMostTries; ++i) {
             const BodyContacts at_start = i > 0 ? tried->at_start() : BodyContacts();
             report = {};

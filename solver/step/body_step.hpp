@@ -51,7 +51,7 @@ struct BodySystem {
     /// True if a body cannot move.
     bool fixed(std::size_t b) const
     {
-        return bodies[b]->unknowns() == 0 && bodies[b]->modes().cols() == 0;
+        return bodies[b]->matrix().unknowns() == 0 && bodies[b]->matrix().modes().cols() == 0;
     }
     /// True if only rods can move.
     bool rods_alone() const
@@ -83,6 +83,8 @@ struct BodyStepOptions {
     /// Where contacts jump, an equilibrium with those of the last iteration is accepted: see
     /// body_lag.cpp.
     bool may_lag = false;
+    /// All that is prescribed is what the scene prescribes, from its start on.
+    bool of_scene = false;
     bool explain = true; ///< find the reason where a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;

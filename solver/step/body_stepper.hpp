@@ -27,8 +27,20 @@ public:
         rods_.guarded = guarded;
     }
 
+    /// Displacements at touching nodes, of each body: of an iterate from which a step begins.
+    using Places = std::vector<std::vector<Vec3>>;
+
     /// Makes the step. @returns  true if it is accepted
     bool run();
+    /// The step begins from these places in place of the state's, and without known forces.
+    /// @param part  it ends with an iterate, of which nothing is accepted
+    void begin_from(Places places, bool part)
+    {
+        from_ = std::move(places);
+        part_ = part;
+    }
+    /// The places of the last iterate, for begin_from().
+    Places places() const;
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// True if the step has to be tried again, with rows that this try has added.
@@ -70,7 +82,7 @@ private:
     void follow_to_end();
     double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
     void find_joints();
-    void remember_joints();
+    void store_joints();
     double spring_loss(std::size_t coupling, double force) const;
     // body_lag.cpp
     void hold_lost(const BodyContacts& before, std::span<const double> moved_before);
@@ -156,7 +168,7 @@ private:
     Eigen::MatrixXd of_body(const Eigen::MatrixXd& all, std::size_t body) const;
     std::vector<Eigen::Index> seen_modes() const;
     Eigen::MatrixXd unloaded_modes(std::size_t b, const Eigen::MatrixXd& unconstrained) const;
-    bool leave_upright();
+    bool leave_unstable_balance();
     Eigen::VectorXd change_by_hanging(std::size_t b) const;
     double hanging_imbalance(const std::vector<Eigen::VectorXd>& forces) const;
 
@@ -165,6 +177,10 @@ private:
     const BodyStepOptions& options_;
     BodyStepReport& report_;
 
+    void begin_at_places();
+
+    std::optional<Places> from_;
+    bool part_ = false;
     void find_at_start();
     void note_friction_before();
     double friction_of_departed() const;
@@ -201,7 +217,7 @@ private:
     std::vector<Vec3> value_;                  ///< of every contact and coupling, at the iterate
     std::vector<double> moved_; ///< of each contact along its normal, when it was found
     std::vector<Eigen::VectorXd> free_, mode_load_;
-    std::vector<Eigen::MatrixXd> B_; ///< modes seen by the chosen rows
+    std::vector<Eigen::MatrixXd> B_; ///< modes in the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
     std::vector<char> feeds_freely_; ///< rigid bodies whose scale is none of what they touch
     int drifting_ = -1;              ///< the body that has to become one, or -1
@@ -266,9 +282,15 @@ private:
     Eigen::VectorXd unbalanced_;      ///< load on the modes of a body that multipliers left
     std::size_t unbalanced_body_ = 0; ///< that body
     double pull_back_ = 0;            ///< of its load over its size, towards the start of the step
-    bool left_upright_ = false;       ///< an unstable balance, in this step
-    Eigen::MatrixXd coupled_B_;       ///< modes of all bodies seen by all rows, where some hang
+    bool left_unstable_ = false;      ///< an unstable balance, in this step
+    Eigen::MatrixXd coupled_B_;       ///< modes of all bodies in all rows, where some hang
     Eigen::MatrixXd elastic_W_;       ///< W of these rows without modes
 };
+
+/// A step whose end does not depend on the path to it, from bodies without contact on
+/// (body_rest.cpp).
+/// @return  false if it is not such a step, or was not accepted
+bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
+                    BodyStepReport& report);
 
 } // namespace amontons

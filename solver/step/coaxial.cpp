@@ -150,8 +150,8 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
     for (std::size_t n = 0; n < c.nestings.size(); ++n) {
         find_nested(c.nestings[n], nested.nestings[n], options.reach, c.contacts[n]);
         const auto [inner, outer] = c.pairs[n];
-        std::vector<Node6>&gi = c.wires[std::size_t(inner)]->work->gradient,
-        &go = c.wires[std::size_t(outer)]->work->gradient;
+        std::vector<Node6>&gradient_inner = c.wires[std::size_t(inner)]->work->gradient,
+        &gradient_outer = c.wires[std::size_t(outer)]->work->gradient;
         for (const NestedContact& k : c.contacts[n]) {
             const Candidate& a = k.on_inner;
             reactions = std::max(reactions, a.normal);
@@ -163,11 +163,11 @@ Residual assemble_coaxial(Coaxial& c, const std::vector<StepStart>& start,
                 g[at].column -= splat6(s) * h.a.column;
                 g[at + 1].column -= splat6(s) * h.b.column;
             };
-            subtract(gi, e, a.hn, a.normal);
-            subtract(go, f, k.hn, a.normal);
+            subtract(gradient_inner, e, a.hn, a.normal);
+            subtract(gradient_outer, f, k.hn, a.normal);
             for (int i = 0; i < 2; ++i) {
-                subtract(gi, e, a.ht[i], a.tangential[i]);
-                subtract(go, f, k.ht[i], a.tangential[i]);
+                subtract(gradient_inner, e, a.ht[i], a.tangential[i]);
+                subtract(gradient_outer, f, k.ht[i], a.tangential[i]);
             }
         }
     }

@@ -252,9 +252,10 @@ int node_of_rod(const Scene& scene, std::size_t k, const char* field, const Body
     }
     if (rod.starts_in_sheath(near.node))
         return refuse(
-            fmt::format("a place of \"{}\" that its sheath holds, {:.4g} m from its start",
-                        body.name, near.s),
-            "a place of the rod that is out of its sheath");
+            fmt::format("a place of \"{}\" that its sheath holds at some time, {:.4g} m from its "
+                        "start and {:.4g} m from its tip",
+                        body.name, near.s, rod.model().length - near.s),
+            "a place of the rod that stays out of its sheath, by half an element");
     return near.node;
 }
 
@@ -392,7 +393,7 @@ std::vector<Issue> jolts(const Scene& scene, const std::vector<BodyRef>& bodies,
         const CouplingRow row = coupling_row(bodies, c);
         const auto velocity = [&](int body, const BodyPlace& at) {
             return body < 0 ? Vec3::Zero().eval()
-                            : bodies[std::size_t(body)].body->start_velocity(at);
+                            : bodies[std::size_t(body)].body->velocity(at, VelocityAt::start);
         };
         const Vec3 a = velocity(c.a.body, row.place_a(c)), b = velocity(c.b.body, row.place_b(c));
         const double apart = std::abs(row.direction.dot(a - b));

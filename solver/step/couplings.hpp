@@ -109,6 +109,7 @@ struct SpringRow {
     double compliance = 0; ///< of impulses [m/(N s)]
 };
 /// The row of a spring: docs/theory/motion.md.
+/// @param h  length of the step [s]; `value` as that of coupling_row
 SpringRow spring_row(const Coupling& spring, const TimeRule& rule, double h,
                      const CouplingMemory& before, double value);
 

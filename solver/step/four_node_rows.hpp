@@ -37,7 +37,7 @@ template <class Contact> struct FourNodeRows {
         for (int a = 0; a < at.nodes; ++a)
             r[std::size_t(at.slot[std::size_t(a)])].column += h.node[a].column * splat6(s);
     }
-    /// a + s b + t c.
+    /// a + s b + t c, s and t factors.
     static Row combine(const Row& a, double s, const Row& b, double t, const Row& c)
     {
         Row r;

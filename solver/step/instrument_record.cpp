@@ -73,9 +73,9 @@ void InstrumentLog::note(const StepRecord& record, const BeamRecord& beam,
     if (opening >= 0 && !is_beyond(passed(obstacles), now)) opening = -1;
     const double depth_now = value("_depth");
     // An inlet that it is drawn out of does not count.
-    const bool goes_in = depth >= 0 && depth_now > depth;
+    const bool is_inserted = depth >= 0 && depth_now > depth;
     for (const int o : walls) {
-        if (opening >= 0 || !goes_in || std::size_t(o) >= obstacles.size()) continue;
+        if (opening >= 0 || !is_inserted || std::size_t(o) >= obstacles.size()) continue;
         const WallModel& m = obstacles[std::size_t(o)].model;
         if (const Opening* p = opening_passed(m, before, now)) {
             opening = int(p - m.openings.data());

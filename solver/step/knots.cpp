@@ -14,12 +14,12 @@ double next_knot(const std::vector<const CurvePoints*>& curves, double time, dou
     return next;
 }
 
-CutStep cut_step(double time, double h, double asked, double sliver)
+CutStep cut_step(double time, double h, double latest, double sliver)
 {
     const double end = time + h;
-    if (!(asked < end + sliver) || std::abs(asked - end) <= 1e-12 * std::abs(asked))
+    if (!(latest < end + sliver) || std::abs(latest - end) <= 1e-12 * std::abs(latest))
         return {h, false};
-    return {asked - time, true};
+    return {latest - time, true};
 }
 
 } // namespace amontons

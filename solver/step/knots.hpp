@@ -14,10 +14,10 @@ struct CutStep {
     double h = 0; ///< [s]
     bool cut = false;
 };
-/// The step from `time` that ends at `asked` at the latest.
+/// The step from `time` that ends at `end` at the latest.
 /// @param h       its length otherwise [s]
-/// @param asked   latest end [s]; times that agree to 1e-12 count as equal
+/// @param latest   latest end [s]; times that agree to 1e-12 count as equal
 /// @param sliver  a step may become longer by this, so that no such short step follows [s]
-CutStep cut_step(double time, double h, double asked, double sliver);
+CutStep cut_step(double time, double h, double latest, double sliver);
 
 } // namespace amontons

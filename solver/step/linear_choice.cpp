@@ -16,8 +16,8 @@ namespace amontons {
 namespace {
 
 constexpr double kTouchingShare = 1.0 / 6; // of an outside: what of it touches itself, at most
-constexpr double kMostTouching = 1.0 / 2;  // the same of all that it meets, together
-constexpr std::size_t kFewNodes = 2000;    // of a mesh: below, a factor is quicker whatever meets
+constexpr double kMostTouching = 1.0 / 2;  // the same of all bodies that it touches, together
+constexpr std::size_t kFewNodes = 2000;    // of a mesh: below, a factor is faster whatever touches
 constexpr double kNearShare = 0.01;        // of the smaller body: what is so near may touch, too
 
 /// Whether every axis is prescribed somewhere. What is left free all the same (three nodes in a
@@ -94,8 +94,8 @@ double touching_nodes(const Scene& scene, std::span<const SolidInput> solids,
             };
     for (const RigidInput& r : scene.rigids)
         if (r.name == other) {
-            std::vector<Issue> told_by_build_bodies;
-            const RigidShape shape = build_shape(r.shape, scene, told_by_build_bodies);
+            std::vector<Issue> reported_by_build_bodies;
+            const RigidShape shape = build_shape(r.shape, scene, reported_by_build_bodies);
             const Placement there = start_placement(r.start);
             const Pose pose{there.shift, there.turn};
             from_box(axis_box(shape, pose));

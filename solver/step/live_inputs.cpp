@@ -81,8 +81,8 @@ void LiveInputs::wait_again(const std::vector<char>& waiting)
 
 void LiveInputs::save(ByteWriter& out, const LiveInputs& layout) const
 {
-    for (const InputInfo& wanted : layout.info_) {
-        const auto at = std::ranges::find(info_, wanted.name, &InputInfo::name);
+    for (const InputInfo& expected : layout.info_) {
+        const auto at = std::ranges::find(info_, expected.name, &InputInfo::name);
         if (at == info_.end()) {
             out.value(false);
             continue;

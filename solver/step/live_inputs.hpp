@@ -4,6 +4,8 @@
 #include "solver/step/byte_stream.hpp"
 #include "solver/step/simulation.hpp"
 
+#include <algorithm>
+
 namespace amontons {
 
 /// Curves of a scene that a caller prescribes step by step: each becomes the line from its present
@@ -17,12 +19,18 @@ public:
 
     /// All inputs, by number.
     const std::vector<InputInfo>& all() const { return info_; }
-    /// Value at a time, in the unit of the input.
+    /// True if a caller has set one.
+    bool some_live() const
+    {
+        return std::ranges::any_of(input_, [](const Input& i) { return i.live || i.waiting; });
+    }
+    /// Value at a time, in the unit of the input. @throws InputError  no such input
     double value(std::size_t number, double time) const;
-    /// Sets a value from a time on.
+    /// Sets a value from a time on. @throws InputError  no such input, or a value out of its range
     void set(std::size_t number, double value, double time);
 
     /// Before the length of a step is known: removes the knots of prescribed inputs.
+    /// @param time  start of the step [s]
     void begin(double time);
     /// When it is known: makes the lines from `time` to `time` + h [s].
     void lead(double time, double h);
@@ -33,7 +41,7 @@ public:
     /// After a step that was not accepted: restores waiting().
     void wait_again(const std::vector<char>& waiting);
 
-    /// @param layout  the inputs that read() will be asked of: its own, or those of the same
+    /// @param layout  the inputs that read() will return: its own, or those of the same
     ///                simulation with other holds and loads
     void save(ByteWriter& out, const LiveInputs& layout) const;
     /// The state of one input.

@@ -196,7 +196,7 @@ void NodeMatrix::solve(std::vector<Node6>& x)
 {
     if (chain_) return band_.solve(x);
     if (factor_ == Factor::none) {
-        // Of much fill Cholesky's method is several times as quick, where the matrix lets it.
+        // Of much fill Cholesky's method is several times as quick, where the matrix is positive definite.
         analyse_elimination();
         if (symmetric_ && !indefinite_ && lu_.cost() > kDear && is_symmetric()) {
             if (cholesky())

@@ -31,7 +31,7 @@ public:
     /// The block of two nodes; it must be in the pattern.
     Block6& block(int row, int col) { return block_[at(row, col)]; }
     const Block6& block(int row, int col) const { return block_[at(row, col)]; }
-    /// A += s f h^T in one block.
+    /// A += s f h^T in one block, s a factor.
     void add(int row, int col, const Column6& f, const Node6& h, double s);
     /// States that blocks are added that are not symmetric.
     void set_unsymmetric() { symmetric_ = false; }

@@ -171,7 +171,7 @@ template <class System> void set_system(System& s, double shift, bool coupled, i
 
 /// Factors the system of the trials, with a shift that makes the wire stable on the motions that
 /// contact leaves free: the inertia of the system without friction's coupling. The coupling can
-/// make a pivot negative by itself, in one frame and not in another; whether to ask is decided by
+/// make a pivot negative by itself, in one frame and not in another; whether to compute it is decided by
 /// the determinants, which are the same in all.
 /// @param from  in: the factor of nodes before it is that of the last trial
 template <class System>
@@ -259,7 +259,7 @@ void flip_statuses(const System& s, std::vector<Change>& wrong, int count, Stall
         turn(k);
         return;
     }
-    // Of neighbours that all want to open (or all to close) only the worst does: the rows of one
+    // Of neighbours that would all open (or all close) only the worst does: the rows of one
     // element depend on each other.
     for (std::size_t i = 0; i < n;) {
         const Change::Kind kind = wrong[i].kind;

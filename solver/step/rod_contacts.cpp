@@ -39,7 +39,7 @@ struct RodSweep {
 
     /// True if it comes nearer than `least` on a way in the body's frame, by time from 0 to 1.
     /// @param length  at most of the way [m]: distances change no faster
-    template <class Way> bool meets(Way way, double length, double least, double radius) const
+    template <class Way> bool comes_near(Way way, double length, double least, double radius) const
     {
         const double smallest = std::max(0.1 * radius / length, 1 / kParts);
         for (double w = 0; w < 1;) {
@@ -64,7 +64,7 @@ struct RodSweep {
         if (length <= radius) return false;
         const auto straight = [&](double w) { return Vec3(a + w * (b - a)); };
         if (half > 0) {
-            if (!meets(straight, length, least + around, radius)) return false;
+            if (!comes_near(straight, length, least + around, radius)) return false;
             // So near to each other that nothing much thinner than the rod is between them.
             const bool fine = 2 * around <= radius || half < std::ldexp(1, -kHalvings);
             const auto part = [&](double t) {
@@ -73,7 +73,7 @@ struct RodSweep {
             return fine ? part(at.t) : part(at.t - 0.5 * half) || part(at.t + 0.5 * half);
         }
         if (distance(a) < least) return false; // it began in there
-        if (!meets(straight, length, least, radius)) return false;
+        if (!comes_near(straight, length, least, radius)) return false;
         // A body that rotates below a rod at rest contains a straight path in its own frame, and
         // one that takes the rod along a straight path in space: a place has passed only if it does
         // so on both.
@@ -81,7 +81,7 @@ struct RodSweep {
         if (angle == 0) return true;
         const double in_space =
             ((x1 - x0) - (to.place - from.place)).norm() + angle * std::max(a.norm(), b.norm());
-        return meets(
+        return comes_near(
             [&](double w) { return inside(pose_between(from, to, w), x0 + w * (x1 - x0)); },
             in_space, least, radius);
     }
@@ -103,7 +103,7 @@ namespace {
 
 /// Stores the ids found by an iteration for the following ones.
 template <class Contact, class Id>
-void remember(const std::vector<Contact>& found, Id id, std::vector<std::int64_t>& known)
+void store_known(const std::vector<Contact>& found, Id id, std::vector<std::int64_t>& known)
 {
     for (const Contact& c : found)
         known.push_back(id(c));
@@ -143,7 +143,7 @@ void ContactFinder::rod_on_solid(const std::vector<BodyRef>& bodies, int pair, B
     std::vector<std::int64_t>& known = sharp_[std::size_t(pair)];
     touch_faces(own, p.stations, {p.surface_b->outside, p.surface_b->sharp, solid.places()},
                 solid.mesh().nodes, reach_, known, found);
-    remember(
+    store_known(
         found, [](const CurveOnFaces& c) { return c.curve.id; }, known);
     for (const CurveOnFaces& c : found) {
         if (rod.in_sheath(c.curve.a)) continue; // which leads through the solid
@@ -182,12 +182,13 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
     } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
         touch_curve(own, rod.stations(), second->curve(), reach_, found);
     }
-    remember(
+    store_known(
         found, [](const CurveContact& c) { return c.id; }, known);
     // Held places do not move: a contact within round-off is left out, a deeper one is an overlap
     // that no force can prevent.
     const RodBody* other = p.b >= 0 ? bodies[std::size_t(p.b)].rod : nullptr;
-    const bool still = p.b < 0 || (!other && bodies[std::size_t(p.b)].body->modes().cols() == 0);
+    const bool still =
+        p.b < 0 || (!other && bodies[std::size_t(p.b)].body->matrix().modes().cols() == 0);
     const auto stuck = [&](const CurveContact& c) {
         if (p.b < 0 && rod.in_sheath(c.a)) return true;
         return c.gap > -kShapeRounding * rod.size() && rod.holds(c.a, c.normal) &&

@@ -79,9 +79,10 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
             deepest.point = x;
         }
     };
+    // A sheath passes through walls, and not through what else can touch the rod in it.
     const auto in_shape = [&](const auto& distance) {
         for (const Sample& s : own)
-            if (s.free) keep_deepest(s.x, s.radius - distance(s.x).distance);
+            if (s.free || p.b >= 0) keep_deepest(s.x, s.radius - distance(s.x).distance);
     };
     if (p.b < 0) {
         in_shape(distance_from_obstacle(p));
@@ -118,7 +119,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
             box.add(Vec3(s.x.array() + s.radius));
             tree.visit(box, [&](std::int32_t k) {
                 const Sample &a = others[std::size_t(k)], &b = others[std::size_t(k) + 1];
-                if (!(s.free && a.free && b.free)) return;
+                if (itself && !(s.free && a.free && b.free)) return;
                 if (itself) {
                     double between = std::min(std::abs(s.arc - a.arc), std::abs(s.arc - b.arc));
                     if (closed > 0) between = std::min(between, closed - between);

@@ -250,7 +250,7 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
     for (std::size_t b = 0; b < w.rods.size(); ++b) {
         const RodBody* const rod = w.rods[b];
         if (!rod) continue;
-        const RodMatrix& K = rod->matrix();
+        const RodMatrix& K = rod->rod_matrix();
         const int n = w.nodes_of(b), from = w.from[b], first = w.first[b];
         for (int i = 0; i < n; ++i) {
             w.base.block(first + i, first + i) = K.chain.diagonal(from + i);

@@ -14,7 +14,7 @@ namespace amontons {
 namespace {
 
 constexpr double kPush = 1e-3;       // of the least radius
-constexpr double kAside = 1e-6;      // of a motion's size: where it has a side
+constexpr double kSideways = 1e-6;   // of a motion's size: where it has a side
 constexpr double kSticks = 1 - 1e-6; // of the cone: less friction sticks
 
 /// Of the rods: with each other, and with what counts as standing still.
@@ -55,7 +55,7 @@ double side(const BodySystem& system, const NegativeMotion& m)
             along += own.dot(way);
             moved += way.squaredNorm();
             size += own.squaredNorm();
-            if (own.norm() > (1 + kAside) * largest) {
+            if (own.norm() > (1 + kSideways) * largest) {
                 largest = own.norm();
                 const Vec3 in_section = rotation_matrix(rod->nodes()[i].q).transpose() * own;
                 Eigen::Index k = 0;
@@ -64,7 +64,7 @@ double side(const BodySystem& system, const NegativeMotion& m)
             }
         }
     }
-    return std::abs(along) > kAside * std::sqrt(moved * size) ? std::copysign(1, along) : sign;
+    return std::abs(along) > kSideways * std::sqrt(moved * size) ? std::copysign(1, along) : sign;
 }
 
 } // namespace

@@ -2,10 +2,10 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/volume_mesh.hpp"
-#include "mesh/wall.hpp"
 #include "solver/body/solid_sets.hpp"
 #include "solver/large/linear_plan.hpp"
-#include "solver/output/step_record.hpp"
+#include "solver/obstacle/obstacle.hpp"
+#include "solver/record/step_record.hpp"
 #include "solver/scene/scene.hpp"
 
 #include <atomic>
@@ -25,15 +25,6 @@ public:
     virtual ~StepObserver() = default;
     /// Receives a finished step.
     virtual void on_step(const StepRecord& record) = 0;
-};
-
-/// An obstacle, ready for contact.
-struct Obstacle {
-    std::string name;
-    WallModel model;
-
-    /// The same for another simulation, which may be on another thread.
-    Obstacle share() const { return {name, model.share()}; }
 };
 
 /// One body's line of the plan.
@@ -94,7 +85,7 @@ public:
 
     /// One accepted step, retries of a shorter one included. The first of all is step 0, the state
     /// that the run begins from (unless the state was restored). A step that fails or is
-    /// interrupted leaves the state of the last accepted one, and can be asked for again.
+    /// interrupted leaves the state of the last accepted one, and can be repeated.
     /// @param stop        examined between steps, and in long ones
     /// @param not_beyond  the step ends there at the latest [s], exactly there if it comes near.
     /// Where

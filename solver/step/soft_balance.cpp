@@ -38,7 +38,7 @@ struct Search {
     std::vector<Past> past;
     double largest = 0; ///< imbalance of a node [N]
 
-    void forget()
+    void drop()
     {
         past.clear();
         off.resize(0);
@@ -193,7 +193,7 @@ NewtonReport balance_walls(Wire& wire, const std::vector<WireWall>& walls,
                 slow && s.tube->relinearise(std::make_shared<const Eigen::VectorXd>(s.state.u));
             if (moved) {
                 ++sum.wall_tangents;
-                s.forget();
+                s.drop();
                 s.state.tangent_at = s.tube->tangent_at();
                 // u = offset + K^-1 f with the new K, and then the first guess from there.
                 s.state.offset = s.state.u + s.tube->answer(s.state.off);

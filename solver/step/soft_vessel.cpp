@@ -5,7 +5,7 @@
 #include "solver/body/hyperelastic_input.hpp"
 #include "solver/body/solid_conditions.hpp"
 #include "solver/body/solid_sets.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/solid/assembly.hpp"
 #include "solver/solid/material.hpp"
 

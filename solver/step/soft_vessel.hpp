@@ -19,6 +19,7 @@ struct SoftVessel {
 /// How far a linear wall has moved; 0 of a hyperelastic one, whose displacements may be large [m].
 double wall_motion(const SoftVessel& vessel);
 /// Warning about a linear wall that moved by a tenth of the lumen's radius or more; else "".
+/// @param moved  as wall_motion [m]
 std::string wall_warning(const SoftVessel& vessel, double moved);
 
 /// The solids of a scene of beams.

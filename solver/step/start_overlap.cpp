@@ -5,7 +5,7 @@
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 
 #include <algorithm>
 #include <array>
@@ -27,7 +27,7 @@ BoundingBox touching_box(const SolidBody& solid)
 /// Places within a body: of a solid middles of its elements, of a rigid body that of its shape.
 std::vector<Vec3> places_inside(const BodyRef& body)
 {
-    constexpr std::size_t kMost = 500; // of more elements a part is asked
+    constexpr std::size_t kMost = 500; // of more elements a part is examined
     if (body.rigid) return {body.rigid->placement() * Vec3(Vec3::Zero())};
     std::vector<Vec3> middles;
     const std::span<const Vec3> x = body.solid->places();
@@ -107,7 +107,7 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     std::vector<BodyOverlap> overlaps;
     system.finder.overlaps(system.refs, overlaps, true);
     const std::vector<ContactPair>& pairs = system.finder.pairs();
-    // What is inside of a solid altogether, or fills the place of one like it, meets none of its
+    // What is entirely inside of a solid, or fills the place of one like it, touches none of its
     // faces.
     for (std::size_t k = 0; k < pairs.size(); ++k) {
         const ContactPair& p = pairs[k];
@@ -180,14 +180,12 @@ BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& option
     input.start = -input.h; // drives stand where they begin
     input.dynamic = true;
     input.load = 0;
-    std::vector<std::vector<double>> velocities;
-    for (const auto& b : system.bodies) {
-        velocities.push_back(b->velocities());
-        b->set_velocities(std::vector<double>(velocities.back().size(), 0));
-    }
+    std::vector<std::vector<double>> velocities(system.bodies.size());
+    for (std::size_t b = 0; b < velocities.size(); ++b)
+        system.bodies[b]->swap_velocities(velocities[b]);
     BodyStepReport report = try_body_step(system, input, options);
     for (std::size_t b = 0; b < velocities.size(); ++b)
-        system.bodies[b]->set_velocities(velocities[b]);
+        system.bodies[b]->swap_velocities(velocities[b]);
     system.warm.clear(); // impulses of another length of time
     system.warm_sticks.clear();
     return report;

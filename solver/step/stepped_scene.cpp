@@ -1,9 +1,9 @@
 #include "solver/step/stepped_scene.hpp"
 
 #include "mesh/base/file.hpp"
-#include "solver/output/contact_bodies.hpp"
-#include "solver/scene/plan.hpp"
+#include "solver/record/contact_bodies.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/step/plan.hpp"
 
 #include <cmath>
 #include <cstdint>
@@ -104,7 +104,8 @@ StepResult SteppedScene::step(const std::atomic<bool>& stop, double not_beyond)
     last_ = {result.outcome, result.message, {}};
     if (result.outcome == StepResult::Outcome::accepted) {
         if (any_depth_line(lines_)) add_centreline_depths(result.record, lines_);
-        record_ = std::make_shared<const Told>(Told{std::move(result.record), bodies_});
+        record_ =
+            std::make_shared<const ReportedStep>(ReportedStep{std::move(result.record), bodies_});
     }
     return last_;
 }
@@ -129,27 +130,32 @@ RunSummary SteppedScene::conclude()
     return simulation_->conclude(last);
 }
 
-void SteppedScene::change(const std::vector<std::string>& overrides)
+SteppedScene SteppedScene::changed(const std::vector<std::string>& overrides) const
 {
     SteppedScene next(change_scene(*scene_, overrides), options_);
     next.simulation_->take_over(*simulation_);
-    next.record_ = std::move(record_);
-    next.last_ = std::move(last_);
-    *this = std::move(next);
+    next.record_ = record_;
+    next.last_ = last_;
+    return next;
+}
+
+void SteppedScene::change(const std::vector<std::string>& overrides)
+{
+    *this = changed(overrides);
 }
 
 std::string SteppedScene::save() const
 {
-    const std::vector<std::byte> told =
+    const std::vector<std::byte> last_record =
                                      record_ ? bytes_of(record_->step) : std::vector<std::byte>{},
                                  state = simulation_->save();
-    const auto size = std::uint64_t(told.size());
+    const auto size = std::uint64_t(last_record.size());
     std::uint64_t hash = 0; // of all behind it
     std::string all(kStateMark, sizeof kStateMark);
-    all.reserve(all.size() + sizeof hash + sizeof size + told.size() + state.size());
+    all.reserve(all.size() + sizeof hash + sizeof size + last_record.size() + state.size());
     all.append(sizeof hash, '\0');
     all.append(reinterpret_cast<const char*>(&size), sizeof size);
-    all.append(reinterpret_cast<const char*>(told.data()), told.size());
+    all.append(reinterpret_cast<const char*>(last_record.data()), last_record.size());
     all.append(reinterpret_cast<const char*>(state.data()), state.size());
     hash = hash_bytes(std::string_view(all).substr(sizeof kStateMark + sizeof hash));
     std::memcpy(all.data() + sizeof kStateMark, &hash, sizeof hash);
@@ -172,7 +178,8 @@ void SteppedScene::restore(std::string_view text)
     const auto* first = reinterpret_cast<const std::byte*>(text.data()) + kHead;
     Record record;
     if (size > 0)
-        record = std::make_shared<const Told>(Told{record_from({first, first + size}), bodies_});
+        record = std::make_shared<const ReportedStep>(
+            ReportedStep{record_from({first, first + size}), bodies_});
     simulation_->restore(
         {first + size, reinterpret_cast<const std::byte*>(text.data()) + text.size()});
     record_ = std::move(record);

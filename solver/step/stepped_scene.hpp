@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <atomic>
@@ -50,12 +50,12 @@ SharedScene change_scene(const SceneText& from, const std::vector<std::string>& 
 std::string check_scene(const SceneText& scene);
 
 /// A step's record with the names of its bodies: never changed, shared by all views of it.
-struct Told {
+struct ReportedStep {
     /// The step.
     StepRecord step;
     std::shared_ptr<const std::vector<std::string>> bodies; ///< names by number
 };
-using Record = std::shared_ptr<const Told>;
+using Record = std::shared_ptr<const ReportedStep>;
 
 /// A record as bytes, stored beside a simulation's state, so that the last record is available
 /// after a restore.
@@ -70,6 +70,7 @@ public:
     SteppedScene(SharedScene scene, const SimulationOptions& options);
 
     /// As Simulation::step; what it reported is record(), and the result has no record.
+    /// @param not_beyond  latest end [s]
     StepResult step(const std::atomic<bool>& stop,
                     double not_beyond = std::numeric_limits<double>::infinity());
     /// @param until  where advance() is to end [s]: finite, within what is left of the scene
@@ -98,6 +99,8 @@ public:
     /// Changes fields of the scene and continues from the present state.
     /// @throws InputError  if the state does not fit the changed scene; nothing is changed
     void change(const std::vector<std::string>& overrides);
+    /// The changed scene in the present state; this one stays as it is. @throws InputError  as change
+    SteppedScene changed(const std::vector<std::string>& overrides) const;
     /// Everything, with the last record, for a bit-identical continuation.
     std::string save() const;
     /// @throws InputError  not of this scene; nothing is changed

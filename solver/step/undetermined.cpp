@@ -105,7 +105,7 @@ std::vector<std::size_t> ForceExaminer::free_bodies(int item) const
 {
     std::vector<std::size_t> free;
     for (const Side& s : sides_of(contacts(), item))
-        if (s.body >= 0 && body(std::size_t(s.body)).unknowns() > 0)
+        if (s.body >= 0 && body(std::size_t(s.body)).matrix().unknowns() > 0)
             free.push_back(std::size_t(s.body));
     return free;
 }
@@ -323,7 +323,7 @@ std::vector<ForceExaminer::Balance> ForceExaminer::balances_of(const TouchingGro
 {
     std::vector<Balance> all;
     for (const std::size_t b : group.bodies) {
-        const Eigen::MatrixXd& modes = body(b).modes();
+        const Eigen::MatrixXd& modes = body(b).matrix().modes();
         if (modes.cols() == 0) continue;
         const Eigen::MatrixXd seen = rows.columns[b].transpose() * modes;
         Balance balance{Eigen::MatrixXd::Zero(rows.count, modes.cols())};
@@ -331,7 +331,8 @@ std::vector<ForceExaminer::Balance> ForceExaminer::balances_of(const TouchingGro
             balance.B.row(rows.row[b][i]) += seen.row(Eigen::Index(i));
         balance.passes = (balance.B.cwiseAbs().transpose() * r.cwiseAbs()).norm();
         balance.left = Eigen::VectorXd::Zero(modes.cols());
-        if (system_.refs[b].rigid) balance.left = body(b).mode_load() + balance.B.transpose() * r;
+        if (system_.refs[b].rigid)
+            balance.left = body(b).matrix().mode_load() + balance.B.transpose() * r;
         all.push_back(std::move(balance));
     }
     return all;
@@ -344,7 +345,7 @@ Eigen::MatrixXd ForceExaminer::compliance_of(const TouchingGroup& group, const R
     for (const std::size_t b : group.bodies) {
         if (rows.row[b].empty() || (system_.refs[b].rigid && !input_.dynamic)) continue;
         Eigen::MatrixXd own;
-        body(b).compliance(rows.columns[b], own);
+        body(b).matrix().compliance(rows.columns[b], own);
         for (Eigen::Index j = 0; j < own.cols(); ++j)
             for (Eigen::Index i = 0; i < own.rows(); ++i)
                 W(rows.row[b][std::size_t(i)], rows.row[b][std::size_t(j)]) += own(i, j);
@@ -391,7 +392,7 @@ void ForceExaminer::examine(const TouchingGroup& group, UndeterminedForces& out)
     make_rows(contacts(), rows);
     Eigen::Index judged = input_.dynamic || is_elastic(group) ? rows.count : 0;
     for (const std::size_t b : group.bodies)
-        judged += body(b).modes().cols();
+        judged += body(b).matrix().modes().cols();
     if (judged > kMostJudged || rows.count > kMostReactions) {
         out.not_examined.push_back(fmt::format(
             "{}: {} balances and closed contacts with {} reactions; up to {} and {} are "

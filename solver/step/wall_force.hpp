@@ -1,7 +1,7 @@
 #pragma once
 
 #include "mesh/bounding_tree.hpp"
-#include "solver/output/step_record.hpp"
+#include "solver/record/step_record.hpp"
 
 #include <memory>
 #include <vector>

@@ -1,7 +1,7 @@
 #include "solver/step/wire_build.hpp"
 
 #include "mesh/base/curve.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/consistency.hpp"
 #include "solver/scene/instrument_rods.hpp"
 #include "solver/step/wire_overlap.hpp"
@@ -43,7 +43,7 @@ template <class Dynamics> auto lists_of(Dynamics& d)
 }
 
 /// Of contact points in a bore [m]: the outer instrument's own. Where the inner one fills the bore,
-/// no finer than the instrument is thick and the elements are long, whatever the scene asks for:
+/// no finer than the instrument is thick and the elements are long, whatever the scene specifies:
 /// there a couple is two forces that grow as their arm falls, and a beam resolves no arm shorter
 /// than that.
 double bore_spacing(const Wire& inner, const Wire& outer)

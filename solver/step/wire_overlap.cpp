@@ -10,7 +10,7 @@ namespace {
 
 constexpr double kAllowedOfDiameter = 1e-3, kMostOfDiameter = 0.1;
 constexpr double kBeyond = 1e3;   // what no step is done with comes before all else
-constexpr int kParts = 4;         // of an element
+constexpr int kElementParts = 4;  // of an element
 constexpr double kClosest = 0.25; // of the diameter
 
 } // namespace
@@ -33,7 +33,7 @@ WireOverlap deepest_overlap(const WireBody& b)
             const double start = m.node[std::size_t(e)],
                          length = m.node[std::size_t(e) + 1] - start;
             const int parts = std::max(
-                {kParts, 2 * int(std::ceil(length / h)), int(std::ceil(length / c.radius))});
+                {kElementParts, 2 * int(std::ceil(length / h)), int(std::ceil(length / c.radius))});
             for (int k = 1; k < parts; ++k) {
                 const double xi = double(k) / parts, s = start + xi * length;
                 const auto place = place_of(wire, wire.state, s, e, xi);

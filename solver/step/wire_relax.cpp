@@ -98,12 +98,12 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
         pull[w].resize(b.wire.material.node.size());
         pull_before[w].resize(pull[w].size());
     }
-    const auto forget_pull = [&] {
+    const auto drop_pull = [&] {
         for (std::vector<Node6>& all : pull_before)
             for (Node6& n : all)
                 n.column = Column6{};
     };
-    forget_pull();
+    drop_pull();
     const double target = 0.1 * element_size;
 
     // ---- Limits and state of the flow
@@ -175,7 +175,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
                 const double now = elastic_energy_of(g);
                 r.released += energy - now;
                 energy = now;
-                forget_pull();
+                drop_pull();
                 continue;
             }
             restore(g, before);

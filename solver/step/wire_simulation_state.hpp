@@ -76,7 +76,7 @@ struct WireSimulation::State {
         const CurvePoints& c = scene.beams[w].twist;
         return c.empty() ? 0 : curve_value(c, t);
     }
-    /// Of a held tip, from where it began.
+    /// Of a held tip at time t [s], from where it began.
     Vec3 tip(std::size_t w, double t) const
     {
         const TipHoldInput& hold = scene.beams[w].hold;
@@ -86,7 +86,7 @@ struct WireSimulation::State {
             if (!along[k]->empty()) moved[k] = curve_value(*along[k], t);
         return moved;
     }
-    /// Where the bases of a group are at a time.
+    /// Where the bases of a group are at a time t [s].
     std::vector<BaseTarget> targets(const WireGroup& g, double t) const
     {
         std::vector<BaseTarget> to;

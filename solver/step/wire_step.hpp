@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/output/step_record.hpp"
+#include "solver/record/step_record.hpp"
 #include "solver/step/wire_newton.hpp"
 
 #include <atomic>
@@ -23,6 +23,7 @@ struct WireMotion {
 };
 
 /// Dynamic, with the masses and rotary inertias of a wire lumped at its nodes.
+/// @param damping  of mass [1/s]
 WireMotion make_motion(const WireMaterial& material, double damping);
 
 /// Dynamic quantities of a wire, stored from step to step beside its state.
@@ -99,6 +100,7 @@ struct WireGroup {
 StepReport try_step(WireGroup& group, const std::vector<BaseTarget>& to, double length,
                     bool any_balance = false);
 /// The same for one wire.
+/// @param insertion, twist, length  [m], [rad], [s]
 StepReport try_step(WireBody& body, double insertion, double twist, double length,
                     bool any_balance = false);
 

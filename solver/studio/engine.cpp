@@ -81,10 +81,10 @@ template <class Take> void read_lines(int stream, Take take)
 
 } // namespace
 
-Engine::Engine(std::string program, std::string results, std::function<void(std::string)> tell)
+Engine::Engine(std::string program, std::string results, std::function<void(std::string)> publish)
     : program_(std::move(program))
     , results_(std::move(results))
-    , tell_(std::move(tell))
+    , publish_(std::move(publish))
 {
 }
 
@@ -139,9 +139,9 @@ void Engine::end(std::unique_lock<std::mutex>& lock)
     Process old = std::exchange(process_, {});
     for (auto& [id, answer] : waited_for_)
         if (answer.is_null()) answer = refusal("failed", "the simulation was ended", "start it");
-    asked_for_.clear();
+    open_requests_.clear();
     to_send_.clear();
-    saving_ = asked_ = false;
+    saving_ = frame_requested_ = false;
     frame_.reset();
     changed_.notify_all();
     lock.unlock();
@@ -149,12 +149,12 @@ void Engine::end(std::unique_lock<std::mutex>& lock)
         // A hand's force tends to zero, and files are finished, where there is time for it.
         ::kill(old.pid, SIGINT);
         const double until = now() + kLastWords;
-        bool gone = false;
-        while (!gone && now() < until) {
-            gone = ::waitpid(old.pid, nullptr, WNOHANG) == old.pid;
-            if (!gone) std::this_thread::sleep_for(std::chrono::milliseconds(5));
+        bool has_ended = false;
+        while (!has_ended && now() < until) {
+            has_ended = ::waitpid(old.pid, nullptr, WNOHANG) == old.pid;
+            if (!has_ended) std::this_thread::sleep_for(std::chrono::milliseconds(5));
         }
-        if (!gone) {
+        if (!has_ended) {
             ::kill(-old.pid, SIGKILL);
             ::kill(old.pid, SIGKILL);
             ::waitpid(old.pid, nullptr, 0);
@@ -234,20 +234,20 @@ void Engine::write_requests(int stream, int number)
         const std::string line = std::move(to_send_.front());
         to_send_.pop_front();
         lock.unlock();
-        bool gone = false;
-        for (std::size_t sent = 0; sent < line.size() && !gone;) {
+        bool has_ended = false;
+        for (std::size_t sent = 0; sent < line.size() && !has_ended;) {
             const ssize_t n = ::write(stream, line.data() + sent, line.size() - sent);
             if (n > 0) sent += static_cast<std::size_t>(n);
-            gone = n == 0 || (n < 0 && errno != EINTR);
+            has_ended = n == 0 || (n < 0 && errno != EINTR);
         }
         lock.lock();
-        if (gone) break; // its end is reported by who reads
+        if (has_ended) break; // its end is reported by who reads
     }
     lock.unlock();
     ::close(stream);
 }
 
-Json Engine::ask(Json request)
+Json Engine::handle(Json request)
 {
     const Json id = request.contains("id") ? request["id"] : Json();
     const auto with_id = [&](const Json& answer) {
@@ -260,17 +260,17 @@ Json Engine::ask(Json request)
     if (process_.pid == 0) return with_id(refusal("failed", "no simulation", "start a scene"));
     const std::int64_t own = ++last_id_;
     request["id"] = own;
-    asked_for_[own] = request;
-    asked_for_[own]["page"] = true;
+    open_requests_[own] = request;
+    open_requests_[own]["page"] = true;
     waited_for_[own] = nullptr;
     send(request);
-    const bool came = changed_.wait_for(lock, std::chrono::duration<double>(kPatience),
-                                        [&] { return !waited_for_[own].is_null(); });
+    const bool answered = changed_.wait_for(lock, std::chrono::duration<double>(kPatience),
+                                            [&] { return !waited_for_[own].is_null(); });
     const Json answer = waited_for_[own];
     waited_for_.erase(own);
-    if (!came)
-        return with_id(refusal("waiting", "a step that takes long",
-                               "wait: what was asked for is done after it"));
+    if (!answered)
+        return with_id(
+            refusal("waiting", "a step that takes long", "wait: the request is executed after it"));
     return with_id(answer);
 }
 
@@ -281,13 +281,14 @@ std::shared_ptr<const std::string> Engine::frame(std::uint64_t after, double pat
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience);
     const auto is_new = [&] { return frame_ && frame_seq_ > after && (!whole || frame_whole_); };
     while (!is_new()) {
-        const bool asked = asked_ && asked_after_ <= after && (!whole || asked_whole_);
-        if (process_.pid > 0 && state_ != "starting" && !asked) {
-            asked_ = true;
-            asked_after_ = after;
-            asked_whole_ = whole;
+        const bool already_requested =
+            frame_requested_ && requested_after_ <= after && (!whole || requested_whole_);
+        if (process_.pid > 0 && state_ != "starting" && !already_requested) {
+            frame_requested_ = true;
+            requested_after_ = after;
+            requested_whole_ = whole;
             const std::int64_t id = ++last_id_;
-            asked_for_[id] = {{"do", "frame"}};
+            open_requests_[id] = {{"do", "frame"}};
             send({{"id", id}, {"do", "frame"}, {"after", after}, {"whole", whole}});
         }
         if (changed_.wait_until(lock, until) == std::cv_status::timeout)
@@ -320,23 +321,24 @@ int Engine::pid() const
 
 void Engine::report_state()
 {
-    tell_(Json{{"event", "engine"},
-               {"state", state_},
-               {"reason", reason_},
-               {"can_resume", (state_ == "failed" || state_ == "stopped") && !how_.scene.empty()},
-               {"device", how_.device},
-               {"folder", folder_},
-               {"saved_time", saved_.empty() ? Json() : Json(saved_time_)}}
-              .dump());
+    publish_(
+        Json{{"event", "engine"},
+             {"state", state_},
+             {"reason", reason_},
+             {"can_resume", (state_ == "failed" || state_ == "stopped") && !how_.scene.empty()},
+             {"device", how_.device},
+             {"folder", folder_},
+             {"saved_time", saved_.empty() ? Json() : Json(saved_time_)}}
+            .dump());
 }
 
-/// Asks for the state that resume() continues from.
+/// Requests the state that resume() continues from.
 void Engine::keep_state()
 {
     if (saving_) return;
     saving_ = true;
     const std::int64_t id = ++last_id_;
-    asked_for_[id] = {{"do", "save"}};
+    open_requests_[id] = {{"do", "save"}};
     send({{"id", id}, {"do", "save"}});
 }
 
@@ -359,15 +361,15 @@ void Engine::take_line(const std::string& line, int number)
         if (event == "ready") {
             state_ = how_.device.empty() ? "paused" : "running";
             const std::int64_t id = ++last_id_;
-            asked_for_[id] = {{"do", "inputs"}};
+            open_requests_[id] = {{"do", "inputs"}};
             send({{"id", id}, {"do", "inputs"}});
             if (!to_restore_.empty()) {
                 const std::int64_t restore = ++last_id_;
-                asked_for_[restore] = {{"do", "restore"}};
+                open_requests_[restore] = {{"do", "restore"}};
                 send({{"id", restore}, {"do", "restore"}, {"state", to_restore_}});
                 for (const auto& [path, value] : led_) {
                     const std::int64_t set = ++last_id_;
-                    asked_for_[set] = {{"do", "restore"}};
+                    open_requests_[set] = {{"do", "restore"}};
                     send({{"id", set}, {"do", "set"}, {"path", path}, {"value", value}});
                 }
                 to_restore_.clear();
@@ -386,7 +388,7 @@ void Engine::take_line(const std::string& line, int number)
         } else if (event == "step" && now() - saved_at_ > kBetweenSaves) {
             keep_state();
         }
-        tell_(line);
+        publish_(line);
         if (event == "paused") report_state();
         return;
     }
@@ -394,12 +396,12 @@ void Engine::take_line(const std::string& line, int number)
     // ---- Answers to requests
     if (!answer.contains("id") || !answer["id"].is_number_integer()) {
         if (answer.value("ok", true) == false && answer.contains("issues"))
-            tell_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
+            publish_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
         return;
     }
     const auto id = answer["id"].get<std::int64_t>();
-    const Json request = asked_for_.contains(id) ? asked_for_[id] : Json::object();
-    asked_for_.erase(id);
+    const Json request = open_requests_.contains(id) ? open_requests_[id] : Json::object();
+    open_requests_.erase(id);
     const std::string what = request.value("do", "");
     const bool ok = answer.value("ok", false);
     if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
@@ -428,7 +430,7 @@ void Engine::take_line(const std::string& line, int number)
                 event.erase("id");
                 event["event"] = "step";
                 event["after"] = what;
-                tell_(event.dump());
+                publish_(event.dump());
             }
         }
         if (waited_for_.contains(id)) waited_for_[id] = std::move(answer);
@@ -449,9 +451,9 @@ void Engine::take_line(const std::string& line, int number)
             event.erase("id");
             event["event"] = "step";
             event["after"] = "restore";
-            tell_(event.dump());
+            publish_(event.dump());
         } else {
-            tell_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
+            publish_(Json{{"event", "refused"}, {"issues", answer["issues"]}}.dump());
         }
     }
 }
@@ -462,8 +464,8 @@ void Engine::read_errors(int stream, int number)
         const std::lock_guard lock(mutex_);
         if (number != number_) return;
         last_error_ = line;
-        tell_(Json{{"event", "log"}, {"text", line}}.dump(-1, ' ', false,
-                                                          Json::error_handler_t::replace));
+        publish_(Json{{"event", "log"}, {"text", line}}.dump(-1, ' ', false,
+                                                             Json::error_handler_t::replace));
     });
 }
 
@@ -484,7 +486,7 @@ void Engine::read_frames(int stream, int number)
         frame_seq_ = head.value("seq", std::uint64_t(0));
         frame_whole_ = head.value("before", std::uint64_t(1)) == 0;
         frame_ = std::move(bytes);
-        asked_ = false;
+        frame_requested_ = false;
         changed_.notify_all();
     }
 }

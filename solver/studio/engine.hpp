@@ -34,7 +34,7 @@ public:
     /// @param results  folder that those of runs are written to; "": none are written
     /// @param report     called with each line for the page, without its end; by any
     ///                 thread
-    Engine(std::string program, std::string results, std::function<void(std::string)> tell);
+    Engine(std::string program, std::string results, std::function<void(std::string)> publish);
     Engine(const Engine&) = delete;
     Engine& operator=(const Engine&) = delete;
     ~Engine();
@@ -52,7 +52,7 @@ public:
     /// Sends a request and waits for its answer.
     /// @param request  an object with `do`; its id is replaced
     /// @return  the answer, with the id of the request
-    Json ask(Json request);
+    Json handle(Json request);
 
     /// The newest frame after one, waited for.
     /// @param after  its sequence; 0: a whole frame
@@ -82,7 +82,7 @@ private:
     void keep_state();
 
     const std::string program_, results_;
-    const std::function<void(std::string)> tell_;
+    const std::function<void(std::string)> publish_;
 
     std::mutex control_; ///< one start or end at a time
     mutable std::mutex mutex_;
@@ -98,15 +98,15 @@ private:
     std::string saved_, to_restore_;
     double saved_time_ = 0, last_time_ = 0;
     bool saving_ = false;
-    double saved_at_ = 0; ///< by the clock [s]
+    double saved_at_ = 0; ///< in real time [s]
     std::int64_t last_id_ = 0;
-    std::map<std::int64_t, Json> waited_for_; ///< answers, null until they come
-    std::map<std::int64_t, Json> asked_for_;  ///< requests that are not answered yet
+    std::map<std::int64_t, Json> waited_for_;    ///< answers, null until they come
+    std::map<std::int64_t, Json> open_requests_; ///< requests that are not answered yet
     std::shared_ptr<const std::string> frame_;
     std::uint64_t frame_seq_ = 0;
     bool frame_whole_ = false;
-    std::uint64_t asked_after_ = 0;
-    bool asked_ = false, asked_whole_ = false;
+    std::uint64_t requested_after_ = 0;
+    bool frame_requested_ = false, requested_whole_ = false;
 };
 
 } // namespace amontons::studio

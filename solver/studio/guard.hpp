@@ -5,7 +5,7 @@
 #include <string>
 #include <string_view>
 
-// Who may ask, and for what: docs/studio.md.
+// Who may send requests, and which: docs/studio.md.
 
 namespace amontons::studio {
 
@@ -19,11 +19,11 @@ bool same_secret(std::string_view a, std::string_view b);
 /// "Bearer TOKEN", and nothing else.
 bool is_authorised(std::string_view authorization, std::string_view token);
 
-/// This machine by number (of either kind) or by name, with our port: a name that another host has
-/// pointed at 127.0.0.1 is refused (DNS rebinding).
+/// This machine by number (of either kind) or by name, with the server's port: a name that another
+/// host has pointed at 127.0.0.1 is refused (DNS rebinding).
 bool is_own_host(std::string_view host, int port);
 
-/// No origin (not sent by a page), or ours.
+/// No origin (not sent by a page), or that of the server's page.
 bool is_own_origin(std::string_view origin, int port);
 
 /// The file or folder that a path means, links followed, if it lies in `root`; it need not exist.

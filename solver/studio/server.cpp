@@ -1,5 +1,5 @@
 // The server of amontons studio: HTTP on the loopback interface, for a page that has the token.
-// docs/studio.md states what is asked and answered.
+// docs/studio.md lists requests and answers.
 
 #include "solver/studio/engine.hpp"
 #include "solver/studio/guard.hpp"
@@ -196,14 +196,14 @@ public:
         // The same port by the newer protocol, where the machine has it and the port is free.
         const bool both = server6_.bind_to_port("::1", port_);
         how_.ready(("http://127.0.0.1:" + std::to_string(port_) + "/#" + token_).c_str(), port_);
-        asked_at_ = seconds();
+        last_request_ = seconds();
         std::thread second;
         if (both) second = std::thread([this] { server6_.listen_after_bind(); });
         std::thread watch([this, both] {
             while (!ended_) {
                 std::this_thread::sleep_for(std::chrono::milliseconds(100));
                 const bool idle = how_.idle_seconds > 0 && open_pages_ == 0 &&
-                                  seconds() - asked_at_ > how_.idle_seconds;
+                                  seconds() - last_request_ > how_.idle_seconds;
                 if (how_.stop() == 0 && !idle) continue;
                 events_.close();
                 engine_.stop();
@@ -248,7 +248,7 @@ private:
         if (q.path.rfind("/api/", 0) == 0) {
             if (!is_authorised(q.get_header_value("Authorization"), token_))
                 return refuse(401, "token");
-            asked_at_ = seconds();
+            last_request_ = seconds();
         }
         return Done::Unhandled;
     }
@@ -317,11 +317,11 @@ private:
         std::error_code error;
         fs::recursive_directory_iterator at(root_, fs::directory_options::skip_permission_denied,
                                             error);
-        std::size_t looked = 0;
+        std::size_t examined = 0;
         std::optional<fs::file_time_type> last;
         std::string newest;
         for (; !error && at != fs::end(at); at.increment(error)) {
-            if (++looked > 100 * kMostListed) break;
+            if (++examined > 100 * kMostListed) break;
             const fs::path& path = at->path();
             const std::string name = path.filename().string();
             std::error_code none;
@@ -415,7 +415,7 @@ private:
                     sink.done();
                     return true;
                 }
-                asked_at_ = seconds();
+                last_request_ = seconds();
                 return sink.write(text.data(), text.size());
             },
             [this](bool) { --open_pages_; });
@@ -427,7 +427,7 @@ private:
         const Json request = Json::parse(body, nullptr, false);
         if (!request.is_object()) return issue("", "no JSON object", "{\"id\": 1, \"do\": ...}");
         const Json id = request.contains("id") ? request["id"] : Json();
-        const auto told = [&](Json json) {
+        const auto reply = [&](Json json) {
             Json all{{"id", id}};
             all.update(json);
             return all;
@@ -435,29 +435,29 @@ private:
         if (!id.is_number_integer() && !id.is_string())
             return issue("id", id.dump(), "a whole number or a text");
         const Json what = request.contains("do") ? request["do"] : Json();
-        if (!what.is_string()) return told(issue("do", what.dump(), "the name of a command"));
+        if (!what.is_string()) return reply(issue("do", what.dump(), "the name of a command"));
         const auto name = what.get<std::string>();
         static const std::set<std::string> kOfEngine{
             "run",     "pause", "step",   "advance", "set",   "reset",    "save",
             "restore", "state", "inputs", "scene",   "check", "contacts", "sets"};
-        if (kOfEngine.contains(name)) return engine_.ask(request);
+        if (kOfEngine.contains(name)) return engine_.handle(request);
         try {
-            if (name == "start") return told(start(request));
+            if (name == "start") return reply(start(request));
             if (name == "stop") {
                 engine_.stop();
-                return told({{"ok", true}});
+                return reply({{"ok", true}});
             }
             if (name == "resume") {
                 engine_.resume();
-                return told({{"ok", true}});
+                return reply({{"ok", true}});
             }
-            if (name == "save_scene") return told(save_scene(request));
+            if (name == "save_scene") return reply(save_scene(request));
         } catch (const std::exception& error) {
-            return told(issue("", error.what(), "another state"));
+            return reply(issue("", error.what(), "another state"));
         }
-        return told(issue("do", "\"" + name + "\"",
-                          "run, pause, step, advance, set, reset, save, restore, state, inputs, "
-                          "scene, check, contacts, sets, start, stop, resume, save_scene"));
+        return reply(issue("do", "\"" + name + "\"",
+                           "run, pause, step, advance, set, reset, save, restore, state, inputs, "
+                           "scene, check, contacts, sets, start, stop, resume, save_scene"));
     }
 
     /// A scene from its beginning, in the hand or not; or one from where a folder of results ends.
@@ -581,7 +581,7 @@ private:
     Engine engine_;
     Connections connections_;
     httplib::Server server_, server6_; // 127.0.0.1 and ::1
-    std::atomic<double> asked_at_ = 0;
+    std::atomic<double> last_request_ = 0;
     std::atomic<int> open_pages_ = 0;
     std::atomic<bool> ended_ = false;
     std::mutex saving_;

@@ -11,7 +11,8 @@ extern "C" { // fclib.h is C
 #include <fclib.h>
 }
 
-// libfclib is the reference: it must read what we write, and we must read what it writes.
+// libfclib is the reference: it must read what is written here, and what it writes must be read
+// here.
 
 using namespace amontons;
 
@@ -32,7 +33,7 @@ Eigen::MatrixXd full(const fclib_matrix& A)
     return W;
 }
 
-/// A matrix as libfclib wants it, in one of the three forms.
+/// A matrix as libfclib takes it, in one of the three forms.
 struct Stored {
     std::vector<int> p, i;
     std::vector<double> x;
@@ -86,7 +87,7 @@ FclibProblem a_problem()
 
 } // namespace
 
-TEST_CASE("we read what libfclib writes in its three forms of matrix")
+TEST_CASE("what libfclib writes in its three forms of matrix is read")
 {
     const TemporaryFolder folder;
     std::mt19937 rng{1};
@@ -124,7 +125,7 @@ TEST_CASE("we read what libfclib writes in its three forms of matrix")
     }
 }
 
-TEST_CASE("we read libfclib's global problems with bilateral equations")
+TEST_CASE("libfclib's global problems with bilateral equations are read")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "global.hdf5";
@@ -149,7 +150,7 @@ TEST_CASE("we read libfclib's global problems with bilateral equations")
     CHECK(read.global->kind.back() == ContactKind::bilateral);
 }
 
-TEST_CASE("libfclib reads what we write")
+TEST_CASE("libfclib reads the files that are written")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "ours.hdf5";
@@ -201,7 +202,7 @@ TEST_CASE("a problem without contacts passes through a file")
     CHECK(contact_count(*read.local) == 0);
 }
 
-TEST_CASE("a copy with a solution keeps all else and also what is not ours")
+TEST_CASE("a copy with a solution keeps all else, also foreign data")
 {
     const TemporaryFolder folder;
     const std::string path = folder / "a.hdf5";

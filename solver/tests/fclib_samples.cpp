@@ -26,7 +26,7 @@ ContactProblem between_walls(double room)
     return p;
 }
 
-/// Two masses, glued along t2 if wanted, on the ground.
+/// Two masses, glued along t2 if requested, on the ground.
 GlobalProblem two_masses(bool glued)
 {
     GlobalProblem p;

@@ -108,6 +108,7 @@ std::vector<Point> measure(std::int32_t cells, std::span<const std::size_t> cont
     for (const std::int32_t dof : dofs.free)
         node_of_dof.push_back(dof / 3);
 
+    // ---- Order, factor, a solve
     Point common;
     common.nodes = mesh.nodes.size();
     SupernodalFactor factor;
@@ -129,6 +130,7 @@ std::vector<Point> measure(std::int32_t cells, std::span<const std::size_t> cont
 
     Eigen::VectorXd f = Eigen::VectorXd::Ones(3 * Eigen::Index(mesh.nodes.size()));
     common.solve = seconds_of([&] { f = compliance.displacement(f); });
+    // ---- The inverse of the surface, from some of its columns
     std::vector<std::int32_t> of_surface;
     for (const std::int32_t node : surface)
         for (int a = 0; a < 3; ++a)
@@ -146,6 +148,7 @@ std::vector<Point> measure(std::int32_t cells, std::span<const std::size_t> cont
         common.surface_gigabytes = 8e-9 * double(of_surface.size()) * double(of_surface.size());
     }
 
+    // ---- W against the number of contacts
     std::vector<Point> points;
     for (const std::size_t count : contact_counts) {
         SolidCompliance* const kept = &compliance;

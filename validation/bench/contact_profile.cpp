@@ -6,7 +6,7 @@
 // profiles (Dolan & Moré: share of the problems that a solver brings to the tolerance within tau
 // times the quickest one's time), and error against time per problem.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/phase_timer.hpp"
 #include "solver/fclib_file.hpp"
@@ -59,7 +59,7 @@ struct Outcome {
     int contacts = 0;
     double tolerance = 0, seconds = 0, error = std::numeric_limits<double>::infinity();
     double scaled_error = error;
-    double asked = 0; ///< the tolerance that a solver of Siconos was given for it
+    double given_tolerance = 0; ///< the tolerance that a solver of Siconos was given for it
     int iterations = 0;
     std::vector<ErrorPoint> history;
 };
@@ -205,10 +205,11 @@ Outcome run_siconos(const ContactProblem& problem, double scale, const std::stri
     const std::string input = a.output + "/siconos.problem", answer = a.output + "/siconos.answer";
     for (const double stricter : kStricter) {
         fs::remove(answer);
-        o.asked = stricter * tolerance;
-        const int ended = run_program(
-            {a.siconos, input, answer, solver, fmt::format("{}", o.asked), fmt::format("{}", cap)},
-            4 * cap + 5, nullptr);
+        o.given_tolerance = stricter * tolerance;
+        const int ended =
+            run_program({a.siconos, input, answer, solver, fmt::format("{}", o.given_tolerance),
+                         fmt::format("{}", cap)},
+                        4 * cap + 5, nullptr);
         std::vector<double> numbers(static_cast<std::size_t>(problem.q.size()) + 2, 0.0);
         std::ifstream file(answer, std::ios::binary);
         const auto bytes = static_cast<std::streamsize>(numbers.size() * sizeof(double));
@@ -407,12 +408,14 @@ int run(Arguments a)
             write_fclib(a.problems + "/" + p.name + ".hdf5", as_file(p));
         std::printf("generated in %s\n", a.problems.c_str());
     }
+    // ---- Problems
     std::vector<fs::path> files;
     for (const auto& entry : fs::directory_iterator(a.problems))
         if (entry.path().extension() == ".hdf5") files.push_back(entry.path());
     std::sort(files.begin(), files.end());
     const std::vector<std::string> siconos = siconos_solvers(a);
 
+    // ---- Every solver on every problem, to each tolerance
     std::vector<Outcome> all;
     std::string against = kComparisonHead;
     for (const fs::path& path : files) {
@@ -431,7 +434,7 @@ int run(Arguments a)
             std::fflush(stdout);
             all.push_back(std::move(o));
         };
-        const auto wanted = [&](const std::string& solver) {
+        const auto selected = [&](const std::string& solver) {
             return a.only.empty() ||
                    ("," + a.only + ",").find("," + solver + ",") != std::string::npos;
         };
@@ -459,17 +462,18 @@ int run(Arguments a)
                 keep(std::move(o));
             };
             for (const ContactSolver solver : kContactSolvers)
-                if (wanted(name(solver)))
+                if (selected(name(solver)))
                     enter(name(solver), [&](double most) {
                         return run_ours(problem, solver, tolerance, most, a.freeze);
                     });
             if (scale > 0 && problem.kind.empty())
                 for (const std::string& solver : siconos)
-                    if (wanted(solver))
+                    if (selected(solver))
                         enter(kTheirs + solver, [&](double most) {
                             return run_siconos(problem, scale, solver, tolerance, most, a);
                         });
         }
+        // ---- The two fastest once more, in turns
         for (const double tolerance : a.tolerances) {
             const Best best = best_of(all, first_of_problem, tolerance);
             for (int k = 0; k < kDuels && best.ours && best.theirs; ++k)
@@ -478,8 +482,8 @@ int run(Arguments a)
                     if (o.seconds > 1) continue;
                     const Outcome again =
                         which == *best.theirs
-                            ? run_siconos(problem, scale, o.solver.substr(kTheirs.size()), o.asked,
-                                          a.cap, a)
+                            ? run_siconos(problem, scale, o.solver.substr(kTheirs.size()),
+                                          o.given_tolerance, a.cap, a)
                             : run_ours(problem, ContactSolver::automatic, tolerance, a.cap,
                                        a.freeze);
                     if (again.error <= tolerance) o.seconds = std::min(o.seconds, again.seconds);
@@ -490,6 +494,7 @@ int run(Arguments a)
         error_against_time(all, path.stem().string(), a.output);
         write_file(a.output + "/profile.csv", csv(all)); // what is there, should this be stopped
     }
+    // ---- Performance profiles
     for (const double tolerance : a.tolerances) {
         std::printf("to %g:\n", tolerance);
         performance_profile(all, tolerance, a.output);

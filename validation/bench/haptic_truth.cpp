@@ -3,7 +3,7 @@
 // at every tick, against those of operators made at 100 and at 25 Hz, by the distance from the pose
 // they were made for: |F_haptic - F_full| / max(|F_full|, 0.1 N). F_full is that of a full
 // simulation that continues from where the operator was made (what the reduction misses), or that
-// was stepped at every tick from the start (and what steps of a period miss, too: slip remembers
+// was stepped at every tick from the start (and what steps of a period miss, too: slip depends on the history
 // them).
 //
 //   build/release/bin/haptic_truth examples/hapco/hexa.json [depth [m]]
@@ -15,8 +15,8 @@
 //   build/release/bin/haptic_truth examples/haptic_rod/scene.json DIR/haptics.csv
 
 #include "haptics/link/settings.hpp"
-#include "haptics/summary.hpp"
-#include "solver/scene/build.hpp"
+#include "haptics/time/summary.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>

@@ -57,7 +57,7 @@ def under_ball(cells, element, steps=4, size=(0.1, 0.1, 0.06)):
 
 
 def bent(cells, element, steps=2):
-    """A plate that is held at one end, and bent until its tip meets a ball."""
+    """A plate that is held at one end, and bent until its tip touches a ball."""
     size = [0.2, 0.2 * cells[1] / cells[0], 0.2 * cells[2] / cells[0]]
     b = block(cells, element, size)
     b["hold"] = [{"set": "x_min"}]
@@ -122,24 +122,24 @@ def run(program, path, folder, way, most):
                              stderr=subprocess.PIPE, text=True, env=ENVIRONMENT,
                              preexec_fn=lambda: resource.setrlimit(
                                  resource.RLIMIT_CPU, (int(most) + 1, int(most) + 1)))
-    said = child.communicate()[1]
+    output = child.communicate()[1]
     after = resource.getrusage(resource.RUSAGE_CHILDREN)
     seconds = after.ru_utime - before.ru_utime + after.ru_stime - before.ru_stime
     if child.returncode < 0:
         return seconds, "ended", None
     if child.returncode not in (0,):
-        return seconds, (said.strip().splitlines() or ["failed"])[0], None
+        return seconds, (output.strip().splitlines() or ["failed"])[0], None
     manifest = json.load(open(os.path.join(out, "manifest.json")))
     return seconds, "done", manifest
 
 
 def taken(program, path):
-    said = subprocess.run([program, "check", path, "--json"], capture_output=True, text=True,
+    output = subprocess.run([program, "check", path, "--json"], capture_output=True, text=True,
                           env=ENVIRONMENT)
     try:
-        linear = json.loads(said.stdout)["predicted"]["linear"]
+        linear = json.loads(output.stdout)["predicted"]["linear"]
     except (ValueError, KeyError):
-        return said.stderr.strip() or said.stdout.strip(), {}
+        return output.stderr.strip() or output.stdout.strip(), {}
     return linear["taken"], {p["name"]: p["seconds"] for p in linear["paths"]}
 
 
@@ -162,19 +162,19 @@ def main():
             if arguments.only not in name:
                 continue
             json.dump(scene, open(path, "w"))
-            direct, said, _ = run(arguments.program[0], path, folder, "direct", arguments.most)
-            if said not in ("done", "ended"):
-                print(name, said, file=sys.stderr)
+            direct, output, _ = run(arguments.program[0], path, folder, "direct", arguments.most)
+            if output not in ("done", "ended"):
+                print(name, output, file=sys.stderr)
                 continue
-            iterative, said, _ = run(arguments.program[0], path, folder, "iterative",
+            iterative, output, _ = run(arguments.program[0], path, folder, "iterative",
                                      min(arguments.most, 6 * direct + 3))
-            if said not in ("done", "ended"):
-                print(name, said, file=sys.stderr)
+            if output not in ("done", "ended"):
+                print(name, output, file=sys.stderr)
                 iterative = float("inf")
-            row = [name, "%.2f" % direct, "%.2f%s" % (iterative, "+" if said == "ended" else "")]
+            row = [name, "%.2f" % direct, "%.2f%s" % (iterative, "+" if output == "ended" else "")]
             for program in arguments.program:
                 way, predicted = taken(program, path)
-                auto, said, _ = run(program, path, folder, "auto", 2 * arguments.most)
+                auto, output, _ = run(program, path, folder, "auto", 2 * arguments.most)
                 row += [way, "%.2f" % predicted.get("direct", -1),
                         "%.2f" % predicted.get("iterative", -1), "%.2f" % auto,
                         "%.2f" % (auto / min(direct, iterative))]

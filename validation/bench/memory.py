@@ -77,11 +77,11 @@ def main():
         for scene, file, overrides in scenes(folder):
             if a.only not in scene:
                 continue
-            said = subprocess.run([a.program, "check", file, "--json", *overrides], capture_output=True, text=True, env=ENVIRONMENT)
-            if said.returncode != 0:
-                print(scene, said.stderr.strip(), file=sys.stderr)
+            output = subprocess.run([a.program, "check", file, "--json", *overrides], capture_output=True, text=True, env=ENVIRONMENT)
+            if output.returncode != 0:
+                print(scene, output.stderr.strip(), file=sys.stderr)
                 continue
-            predicted = json.loads(said.stdout)["predicted"]["memory"]
+            predicted = json.loads(output.stdout)["predicted"]["memory"]
             results = folder / "out"
             shutil.rmtree(results, ignore_errors=True)
             run = subprocess.Popen([a.program, "run", file, "--output", results, "--quiet", *QUIET, *overrides],

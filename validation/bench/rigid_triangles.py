@@ -3,7 +3,7 @@
 
     rigid_triangles.py PROGRAM [--only TEXT] [--most SECONDS] [--sizes 1472,20000,100000]
 
-Balls, an ellipsoid and boxes of triangles meet solids, rigid bodies, rods and obstacles in 110 steps; the
+Balls, an ellipsoid and boxes of triangles touch solids, rigid bodies, rods and obstacles in 110 steps; the
 shape by name does the same. Printed are processor seconds of both runs, those of a run of one step
 (reading, checking the surface, trees), and the ratio of the times without these.
 """
@@ -185,7 +185,7 @@ def main():
               ("ball on rigid ball", on_rigid, named_ball), ("ball on rigid box", on_box, named_ball),
               ("ball on plane", on_plane, named_ball), ("ball on rod", on_rod, named_ball),
               ("head in canal", in_canal, named_head), ("box on H8 block", box_on_block, named_box)]
-    print("scene,triangles,named_s,triangles_s,set_up_s,ratio,steps,said", flush=True)
+    print("scene,triangles,named_s,triangles_s,set_up_s,ratio,steps,outcome", flush=True)
     with tempfile.TemporaryDirectory() as folder:
         for name, make, named in scenes:
             if arguments.only not in name:
@@ -195,23 +195,23 @@ def main():
             def spent(shape):
                 scene = make(shape)
                 json.dump(scene, open(path, "w"))
-                whole, manifest, said = run(arguments.program, path, folder, most=arguments.most)
+                whole, manifest, output = run(arguments.program, path, folder, most=arguments.most)
                 if manifest is None:
-                    return whole, 0, 0, said
-                first, _, said1 = run(arguments.program, path, folder, "--set", "time.end=%g" % scene["time"]["step"],
+                    return whole, 0, 0, output
+                first, _, output1 = run(arguments.program, path, folder, "--set", "time.end=%g" % scene["time"]["step"],
                                       most=arguments.most)
-                return whole, first, manifest["steps"], said1
+                return whole, first, manifest["steps"], output1
 
-            own, first, steps, said = spent(named)
-            print("%s,0,%.3f,,%.3f,,%s,%s" % (name, own, first, steps, said), flush=True)
+            own, first, steps, output = spent(named)
+            print("%s,0,%.3f,,%.3f,,%s,%s" % (name, own, first, steps, output), flush=True)
             for size in sizes:
                 file = os.path.join(folder, "shape.obj")
                 if "box on H8" in name:
                     count = box_file(file, named["size"], max(1, round(math.sqrt(size / 12))))
                 else:
                     count = ball_file(file, size, named.get("radii") or [named["radius"]] * 3)
-                t, f, k, said = spent({"file": "shape.obj"})
-                print("%s,%d,%.3f,%.3f,%.3f,%.2f,%s,%s" % (name, count, own, t, f, (t - f) / max(own - first, 1e-3), k, said),
+                t, f, k, output = spent({"file": "shape.obj"})
+                print("%s,%d,%.3f,%.3f,%.3f,%.2f,%s,%s" % (name, count, own, t, f, (t - f) / max(own - first, 1e-3), k, output),
                       flush=True)
 
 

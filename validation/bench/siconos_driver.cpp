@@ -30,7 +30,7 @@
 
 namespace {
 
-enum class Form { blocks, any }; ///< W as 3 x 3 blocks, or dense or sparse as its density asks
+enum class Form { blocks, any }; ///< W as 3 x 3 blocks, or dense or sparse according to its density
 
 struct Solver {
     const char* name;

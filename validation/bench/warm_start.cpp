@@ -6,7 +6,7 @@
 
 #include "contact/warm_start.hpp"
 #include "contact/analysis.hpp"
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "solver/fclib_file.hpp"
 
@@ -46,8 +46,7 @@ Effort effort(const ContactProblem& problem, const SolverOptions& options,
 {
     const double start = processor_seconds();
     const Certificate c = solve(problem, options, warm_start).certificate;
-    return {static_cast<double>(c.iterations), processor_seconds() - start,
-            is_solved(c.status)};
+    return {static_cast<double>(c.iterations), processor_seconds() - start, is_solved(c.status)};
 }
 
 struct Sums {

@@ -187,7 +187,7 @@ GlobalProblem rods(const Rods& r)
     for (int k = 0; k < r.count; ++k) {
         const int body = add_body(p, mass, inertia, Vec3(r.speed, 0, 0));
         const Vec3 half = 0.5 * length * along;
-        // Sliding towards the side that the rod leans to presses the lower end into the floor.
+        // Sliding towards the side to which the rod is inclined presses the lower end into the floor.
         p.add_contact({body, -half}, {}, Vec3::UnitZ(), 0, r.mu);
         if (before >= 0) {
             const Vec3 across(std::sin(r.angle), 0, -std::cos(r.angle));

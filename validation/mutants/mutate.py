@@ -8,14 +8,14 @@ import pathlib
 import sys
 
 MUTANTS = {
-    # Contact solves end at 1e5 times the error that is asked for.
+    # Contact solves end at 1e5 times the error that is requested.
     "tolerance": {
-        "contact/solve.cpp": (
+        "contact/solvers/solve.cpp": (
             "ContactSolution solve_in_range(const ContactProblem& problem, const SolverOptions& options,\n"
             "                               const Eigen::VectorXd& warm_start)\n{\n",
-            "ContactSolution solve_in_range(const ContactProblem& problem, const SolverOptions& asked,\n"
+            "ContactSolution solve_in_range(const ContactProblem& problem, const SolverOptions& requested,\n"
             "                               const Eigen::VectorXd& warm_start)\n{\n"
-            "    SolverOptions options = asked;\n    options.tolerance = 1e5 * asked.tolerance;\n"),
+            "    SolverOptions options = requested;\n    options.tolerance = 1e5 * requested.tolerance;\n"),
     },
     # Every cone 1 % too wide, for solver and certificate alike.
     "cone": {

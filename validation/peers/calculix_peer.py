@@ -133,8 +133,8 @@ def solve(problem, folder, factor):
     if done.returncode < 0:
         raise RuntimeError(f"stopped after {LONGEST} s")
     if done.returncode != 0 or not os.path.exists(data) or os.path.getsize(data) == 0:
-        said = [w for w in (done.stdout + done.stderr).splitlines() if "ERROR" in w or "error" in w]
-        raise RuntimeError((said or ["no result"])[0].strip()[:200])
+        output = [w for w in (done.stdout + done.stderr).splitlines() if "ERROR" in w or "error" in w]
+        raise RuntimeError((output or ["no result"])[0].strip()[:200])
     seconds = after.ru_utime + after.ru_stime - before.ru_utime - before.ru_stime
     contact = []
     if problem["contact"]:

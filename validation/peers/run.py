@@ -217,7 +217,7 @@ def main():
                                  ("GetFEM", getfem_peer.version(), "python3-getfem"),
                                  ("Siconos", siconos_peer.version(), "python3-siconos")):
         if arguments.only and name not in arguments.only.split(","):
-            print(f"{name} was not asked for")
+            print(f"{name} was not requested")
         elif found:
             peers[name] = found
             print(f"{found} takes part")

@@ -374,7 +374,7 @@ PlacedBody place_body(const WrittenRun& run, const std::string& name, const Writ
 DeepestPlace deepest_place(const PlacedBody& a, const PlacedBody& b)
 {
     DeepestPlace deepest;
-    const auto look = [&](const PlacedBody& mine, const PlacedBody& other) {
+    const auto examine = [&](const PlacedBody& mine, const PlacedBody& other) {
         if (!other.depth) return;
         for (const SurfacePlace& p : mine.places) {
             const Depth d = other.depth(p.at, p.round);
@@ -384,8 +384,8 @@ DeepestPlace deepest_place(const PlacedBody& a, const PlacedBody& b)
             deepest = {p.round - d.distance, p.at, face};
         }
     };
-    look(a, b);
-    look(b, a);
+    examine(a, b);
+    examine(b, a);
     return deepest;
 }
 

@@ -31,7 +31,7 @@ struct RandomScene {
     std::string drawn = ""; ///< in a few words
     Answer answer = Answer::done;
     /// Tolerances between scenes that are one problem, relative to the largest value of a unit. The
-    /// default is a hundredfold of the accuracy that is asked (1e-8).
+    /// default is a hundredfold of the requested accuracy (1e-8).
     double same = 1e-6;  ///< turned, renamed, reordered
     double units = 1e-8; ///< in other units by powers of two; above `same` is `same`
     /// Reordered, where it may be more: of two meshes that are as fine either may carry the
@@ -57,7 +57,7 @@ struct SceneKind {
 /// Kinds that are drawn together. The scenes of one suite do not depend on the kinds of another.
 struct SceneSuite {
     const char* name;
-    int count;                    ///< scenes, where nothing else is asked
+    int count;                    ///< scenes, where nothing else is specified
     std::vector<SceneKind> kinds; ///< in the order of the table
 };
 

@@ -101,8 +101,8 @@ RandomScene draw_wire_on_solid(Draw& draw)
     block["hold"] = Json::array({held("z_min")});
     // The tip comes to the face at its middle, or at its first quarter and then slides along.
     const Vec3 direction = Vec3(std::cos(slope), 0, -std::sin(slope)).unaryExpr(&four_digits);
-    const Vec3 meets(along ? -a : 0, 0.03 * a, r);
-    const Vec3 at = (meets - (out + gap) * direction.normalized()).unaryExpr(&four_digits);
+    const Vec3 contact_point(along ? -a : 0, 0.03 * a, r);
+    const Vec3 at = (contact_point - (out + gap) * direction.normalized()).unaryExpr(&four_digits);
     Json wire = instrument(out + 2 * a + 0.02, r, ei, out / draw.whole(12, 20), at, direction,
                            fed(out, four_digits(out + gap + more)));
     RandomScene s{scene_of({{"block", block}, {"wire", wire}}, pair("wire", "block", mu),

@@ -217,7 +217,7 @@ RandomScene draw_bed_in_motion(Draw& draw)
     s.right = [=](const WrittenRun& run) -> std::string {
         const std::size_t made = run.history.rows.size() - 1;
         if (made <= static_cast<std::size_t>(4 * (steps + 1))) return "";
-        return fmt::format("{} steps where {} are asked", made, steps);
+        return fmt::format("{} steps where {} are requested", made, steps);
     };
     return s;
 }

@@ -10,8 +10,8 @@ namespace amontons::validation {
 namespace {
 
 constexpr double kQuarterTurn = 1.5707963267948966;
-// Other numbers of steps, frictionless: a thousandth where meshes meet (their contacts come and
-// go), the hundredfold of the accuracy where a linear body touches an obstacle.
+// Other numbers of steps, frictionless: a thousandth where meshes touch (their contacts appear and
+// disappear), the hundredfold of the accuracy where a linear body touches an obstacle.
 constexpr double kMeshSteps = 1e-3, kLinearSteps = 1e-6;
 
 /// A number of steps from one to ten.

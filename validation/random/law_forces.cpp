@@ -11,7 +11,7 @@
 namespace amontons::validation {
 namespace {
 
-// Forces are as exact as the accuracy that is asked, relative to the largest; a hundredfold is left
+// Forces are as exact as the requested accuracy, relative to the largest; a hundredfold is left
 // to sums over many contacts and to moments. The default 1e-8 makes 1e-6.
 constexpr double kSums = 100;
 
@@ -181,9 +181,10 @@ std::vector<Finding> check_sums(const WrittenRun& run)
                 continue;
             const std::string name = column.substr(0, column.size() - 2);
             const auto sum = sums.find(name);
-            const Vec3 told = run.history.vector(name, static_cast<std::size_t>(row));
+            const Vec3 reported = run.history.vector(name, static_cast<std::size_t>(row));
             const Vec3 here = sum == sums.end() ? Vec3::Zero() : sum->second;
-            const double off = std::min((told - here).norm(), pair ? (told + here).norm() : 1e300);
+            const double off =
+                std::min((reported - here).norm(), pair ? (reported + here).norm() : 1e300);
             worst.add(off, allowed_force(scale),
                       "contact forces of the frame and " + name + " differ by [N]", frame.time);
         }

@@ -111,6 +111,7 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
         for (const Json& s : body.at("segments"))
             weighs = weighs || s.value("density", 0.0) > 0;
         if (heavy && weighs) continue; // spread along a curve
+        // ---- Balance at the sheath's end, frame by frame
         const Vec3 end = vector_of(in.at("at")), d = vector_of(in.at("direction")).normalized();
         double share = 1;
         std::string text;
@@ -147,6 +148,7 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                                     other.at("introducer").value("at", Json()) == in.at("at"));
                 add(c.at, c.a == name ? c.force : Vec3(-c.force));
             }
+            // ---- Loads of joints
             std::vector<JointLoad> loads;
             known = joint_loads(run, name, frame, r, loads) && !nested;
             for (const JointLoad& l : loads) {
@@ -155,6 +157,7 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                 moment += l.moment;
                 turning += l.moment.norm();
             }
+            // ---- The energy that leaves with the material, and what the section carries
             // The element at the sheath's end has what its material has on the mean: of one
             // segment.
             const double out = value_at(body.at("drive").at("insertion"), frame.time);
@@ -178,6 +181,7 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                                    (2 * segment->at("EA").at(0).get<double>());
             // Sections are linear but for terms of third order in the strain. A contact's place is
             // known to what the arm of its force may be off by.
+            // ---- Comparison
             const double allowed =
                 100 * scale.accuracy * (scale.force + size) + scale.rounding + 1e-4 * eshelby;
             const double off = std::abs(push + force.dot(d) + eshelby + stretch),

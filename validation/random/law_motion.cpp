@@ -10,7 +10,7 @@
 namespace amontons::validation {
 namespace {
 
-constexpr double kTold = 0.01,
+constexpr double kReported = 0.01,
                  kNever = 0.1;       ///< of what a run turned over: with a warning, and never
 constexpr double kJoint = 1e-6;      ///< of the scene's size
 constexpr double kRecomputed = 1e-6; ///< the same energy in two ways, of what the run turned over
@@ -130,15 +130,15 @@ void check_columns(const WrittenRun& run, double floor, std::vector<Finding>& fo
                 {"energy", fmt::format("step {}: the columns leave {:.3g} J, reported are {:.3g} J",
                                        i, here, error[i])});
         const double bad = run.dynamic() ? std::max(-here, -released[i]) : std::abs(here);
-        const bool told = run.warnings() > 0 || i + 1 < h.rows.size(); // at the end of the run
-        const double limit = (told ? kNever : kTold) * all + floor;
+        const bool reported = run.warnings() > 0 || i + 1 < h.rows.size(); // at the end of the run
+        const double limit = (reported ? kNever : kReported) * all + floor;
         if (!(bad <= limit))
             return found.push_back(
                 {"energy",
                  fmt::format(
                      "step {}: error {:.3g} J, released {:.3g} J, of {:.3g} J turned over{}", i,
-                     here, released[i], all, told ? "" : ", without a warning")});
-        if (!(friction[i] - friction[i - 1] >= -kTold * all - floor))
+                     here, released[i], all, reported ? "" : ", without a warning")});
+        if (!(friction[i] - friction[i - 1] >= -kReported * all - floor))
             return found.push_back({"energy", fmt::format("step {}: friction gives {:.3g} J back",
                                                           i, friction[i - 1] - friction[i])});
     }
@@ -154,6 +154,7 @@ std::vector<Finding> check_energy(const WrittenRun& run)
     const double all = turned_over(run), floor = scale.accuracy * scale.force * scale.length;
     check_columns(run, floor, found);
 
+    // ---- Elastic energy, summed over the cells
     if (!has_kind(run, {"rod", "beam"}) && has_kind(run, {"solid"}) && !has_couplings(run))
         for (const WrittenFrame& frame : run.frames) {
             const int row = h.row_at(frame.time);
@@ -177,22 +178,24 @@ std::vector<Finding> check_energy(const WrittenRun& run)
             }
             if (row < 0 || !straight) continue;
             const std::vector<double> elastic = h.values("elastic");
-            const double told = elastic[static_cast<std::size_t>(row)] - elastic[0];
-            if (!(std::abs(stored - start - told) <= kRecomputed * all + floor)) {
+            const double reported = elastic[static_cast<std::size_t>(row)] - elastic[0];
+            if (!(std::abs(stored - start - reported) <= kRecomputed * all + floor)) {
                 found.push_back(
                     {"energy",
                      fmt::format("t = {:g} s: the cells store {:.6g} J, reported are {:.6g} J",
-                                 frame.time, stored - start, told)});
+                                 frame.time, stored - start, reported)});
                 break;
             }
         }
 
+    // ---- Work of holds
     double work = 0;
     if (!run.dynamic() && !has_couplings(run) && work_of_holds(run, work) &&
         !(std::abs(work - h.last("work")) <= kRecomputed * all + floor))
         found.push_back({"energy", fmt::format("the holds do {:.6g} J, reported are {:.6g} J", work,
                                                h.last("work"))});
 
+    // ---- Kinetic and potential energy of rigid bodies
     if (run.dynamic() && !has_kind(run, {"solid", "rod", "beam"})) {
         double start = 0;
         if (!kinetic_of_rigid(run, 0, run.frames.front(), start)) return found;
@@ -206,8 +209,8 @@ std::vector<Finding> check_energy(const WrittenRun& run)
             double kinetic = 0, lost = 0;
             if (row < 0 || !kinetic_of_rigid(run, static_cast<std::size_t>(row), frame, kinetic))
                 continue;
-            const std::vector<double> told = h.values("kinetic");
-            const double change = told[static_cast<std::size_t>(row)] - told[0];
+            const std::vector<double> reported = h.values("kinetic");
+            const double change = reported[static_cast<std::size_t>(row)] - reported[0];
             if (!(std::abs(kinetic - start - change) <= kRecomputed * (all + kinetic))) {
                 found.push_back(
                     {"energy",
@@ -218,7 +221,7 @@ std::vector<Finding> check_energy(const WrittenRun& run)
             }
             if (springs || !potential_of_rigid(run, static_cast<std::size_t>(row), lost)) continue;
             const double gained = kinetic - start - lost,
-                         limit = run.warnings() > 0 ? kNever : kTold;
+                         limit = run.warnings() > 0 ? kNever : kReported;
             if (!(gained <= limit * (all + start) + floor)) {
                 found.push_back(
                     {"energy", fmt::format("t = {:g} s: {:.3g} J are gained of {:.3g} J",
@@ -267,7 +270,7 @@ std::vector<Finding> check_momentum(const WrittenRun& run)
                          "step {}: the bodies' momenta and the reported sum differ by {:.3g} N s",
                          i, (sum - h.vector("momentum", i)).norm())}};
         if (!alone) continue;
-        // Impulses act and react; what their solution leaves is of the accuracy that is asked.
+        // Impulses act and react; the residual of their solution is of the requested accuracy.
         const double off = (h.vector("momentum", i) - h.vector("momentum", 0)).norm(),
                      allowed = 1e-6 * size + 1e-300;
         if (!(off <= allowed))
@@ -323,17 +326,18 @@ std::vector<Finding> check_joints(const WrittenRun& run)
                 const double force = std::abs(c.value("stiffness", 0.0) * (apart.norm() - length));
                 const std::string column = fmt::format("{}_on_{}_coupling_{}_force", a, b, number);
                 if (row < 1 || !run.history.has_vector(column)) continue;
-                const double told =
+                const double reported =
                     run.history.vector(column, static_cast<std::size_t>(row)).norm();
                 // A step's rule may take the force within the step: then it is between those of its
                 // ends.
-                if (run.dynamic() || std::abs(force - told) <= 1e-6 * std::max(scale.force, force))
+                if (run.dynamic() ||
+                    std::abs(force - reported) <= 1e-6 * std::max(scale.force, force))
                     continue;
                 found.push_back(
                     {"joints",
                      fmt::format("t = {:g} s: spring {} pulls with {:.6g} N by its ends, reported "
                                  "are {:.6g} N",
-                                 frame.time, number, force, told)});
+                                 frame.time, number, force, reported)});
                 break;
             }
             // Where the angle is small its square root of a rounded sum is not: 1e-7 is what can be

@@ -6,7 +6,7 @@
 #include <vector>
 
 // Laws of mechanics, recomputed from the files of a run alone. Their bounds follow from the
-// accuracy that is asked of a run and from what the theory grants (docs/theory/certificate.md),
+// accuracy that is requested of a run and from what the theory grants (docs/theory/certificate.md),
 // never from what a run gave.
 
 namespace amontons::validation {
@@ -66,7 +66,7 @@ bool joint_loads(const WrittenRun& run, const std::string& body, const WrittenFr
 struct RunScale {
     double force = 0;    ///< largest force on a body [N]
     double length = 0;   ///< of the scene's bodies [m]
-    double accuracy = 0; ///< that is asked of contacts [-]
+    double accuracy = 0; ///< that is requested of contacts [-]
     double rounding = 0; ///< force that the rounding of stiff bodies makes [N]
 };
 RunScale scale_of(const WrittenRun& run);

@@ -68,11 +68,11 @@ public:
                                        "--quiet",  "--threads", std::to_string(threads),
                                        "--output", output};
         if (killed_after > 0) {
-            ask({words, kMostSeconds, output + "/history.csv", killed_after});
+            run_scene({words, kMostSeconds, output + "/history.csv", killed_after});
             std::error_code error;
             if (fs::exists(output + "/checkpoint", error)) words.push_back("--resume");
         }
-        a.answer = ask({words, kMostSeconds});
+        a.answer = run_scene({words, kMostSeconds});
         const std::string law = label.empty() ? "" : label + ": ";
         if (a.answer.out_of_time)
             a.findings.push_back(
@@ -100,7 +100,7 @@ public:
     }
 
 private:
-    ProgramAnswer ask(const ProgramJob& job)
+    ProgramAnswer run_scene(const ProgramJob& job)
     {
         const ProgramAnswer a = run_(job);
         ++result_.runs;

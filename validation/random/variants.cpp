@@ -217,6 +217,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
             }
         return name;
     };
+    // ---- Scales and tolerances by unit
     std::map<std::string, double> scale; // largest value of a unit
     for (std::size_t c = 0; c < a.names.size(); ++c)
         if (!is_of_the_way(a.names[c]))
@@ -226,7 +227,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
     scale["N"] = std::max(scale["N"], scale_of(run).force);
     scale["J"] = std::max(scale["J"], a.last("work_absolute"));
     scale[""] = scale["rad"] = 1;
-    // What is next to nothing is compared with what it would be if it were not.
+    // Negligible moments are compared with the scale that they could have.
     scale["N m"] = std::max(scale["N m"], scale["N"] * scale["m"]);
     if (scale["m"] > 0) scale["rad/s"] = std::max(scale["rad/s"], scale["m/s"] / scale["m"]);
 
@@ -234,6 +235,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
     const double least_energy = scale_of(run).accuracy * scale["N"] * scale["m"];
     const double tolerance =
         std::max({v.tolerance, reported_difference(run), reported_difference(other)});
+    // ---- Comparison of one number; the worst is kept
     double worst = tolerance;
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there,
@@ -250,6 +252,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
             {v.name, fmt::format("{} is {:.9g}, was {:.9g} (of {:.3g} {}: {:.2g}, allowed {:.2g})",
                                  name, there, value, scale[unit], unit, off, tolerance)}};
     };
+    // ---- The column of the other run
     const auto column_of = [&](const std::string& name, double& sign) {
         sign = 1;
         if (v.length != 1)
@@ -265,6 +268,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
         }
         return c;
     };
+    // ---- Columns, vectors as a whole
     for (std::size_t c = 0; c < a.names.size(); ++c) {
         const std::string& name = a.names[c];
         const std::string& unit = a.units[c];

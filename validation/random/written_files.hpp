@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-// What a run has written, read by a reader of its own: nothing here knows the writers.
+// What a run has written, read by a reader of its own: nothing here includes the writers.
 
 namespace amontons::validation {
 

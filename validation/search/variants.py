@@ -76,7 +76,7 @@ class Run:
     warnings: list
     overlap: Optional[float]  # worst of all steps [m], where it is reported
     seconds: float
-    measured: Optional[float] = None  # overlap of a pair's surfaces at the end [m], where it was asked for
+    measured: Optional[float] = None  # overlap of a pair's surfaces at the end [m], where it was requested
 
     def done(self):
         """Whether the run ended well with a readable result."""
@@ -107,7 +107,7 @@ class Program:
         self.limit = limit
         self.hash = hashlib.sha256(self.path.read_bytes()).hexdigest()[:16]
 
-    def knows(self, field):
+    def has_field(self, field):
         """Whether the scene format has a field of this name."""
         text = subprocess.run([self.path, "schema"], capture_output=True, text=True, timeout=60).stdout
         return f'"{field}"' in text
@@ -824,12 +824,12 @@ def paddle(draw, lab):
     thick = short(unit * draw.between(0.02, 0.08))
     arm = short(away + half * draw.between(0.3, 1.5))
     through = draw.chance(0.6)
-    # angle at which the paddle's leading face meets the block's lower edge nearest to it
-    meets = math.pi / 2 - math.atan2(half, away - half) - math.asin(thick / 2 / math.hypot(half, away - half))
+    # angle at which the paddle's leading face touches the block's lower edge nearest to it
+    contact_angle = math.pi / 2 - math.atan2(half, away - half) - math.asin(thick / 2 / math.hypot(half, away - half))
     if through:
         angle, count = draw.between(2.6, 5.5), draw.one_of(1, 2, 3, 5)
     else:
-        angle, count = short(meets + draw.between(0.1, 0.4) * half / away), draw.one_of(*STEPS)
+        angle, count = short(contact_angle + draw.between(0.1, 0.4) * half / away), draw.one_of(*STEPS)
     scene = scene_of({
         "paddle": rigid({"generate": "box", "size": [2 * arm, thick, short(2.6 * half)]}, [0, 0, 0],
                         drive={"x": 0, "y": 0, "z": 0, "axis": [0, 0, 1], "angle": [[0, 0], [1, angle]]}),
@@ -1477,8 +1477,8 @@ def judge(variant, run):
     if run.overlap is not None and run.overlap > variant.overlap_limit:
         faults.append(f"overlap of {run.overlap:.3g} m, {variant.overlap_limit:.3g} m is allowed")
     elif run.measured is not None and run.measured > variant.overlap_limit:
-        told = "none is reported" if run.overlap is None else f"{run.overlap:.3g} m is reported"
-        faults.append(f"overlap of {run.measured:.3g} m at the end by the last frame, {told}, "
+        reported = "none is reported" if run.overlap is None else f"{run.overlap:.3g} m is reported"
+        faults.append(f"overlap of {run.measured:.3g} m at the end by the last frame, {reported}, "
                       f"{variant.overlap_limit:.3g} m is allowed")
     faults = [f for f in faults if f]
     if faults:
@@ -1576,7 +1576,7 @@ def main():
         parser.error(f"unknown kinds: {', '.join(unknown)}; there are {', '.join(KINDS)}")
     program = Program(options.program, options.limit)
     reference = Program(options.reference_program or options.program, 4 * options.limit)
-    lab = Lab(reference, options.cache, program.knows("start_overlap"))
+    lab = Lab(reference, options.cache, program.has_field("start_overlap"))
     keep = options.keep or pathlib.Path(tempfile.mkdtemp(prefix="amontons_variants_"))
     start, records, left_out = time.monotonic(), [], set()
     with concurrent.futures.ThreadPoolExecutor(options.jobs) as pool:

@@ -272,7 +272,7 @@ std::vector<AddedRow> read_added(std::string_view text, const std::string& file,
         AddedRow r;
         r.value = r.error = r.seconds = r.unknowns = kNaN;
         const std::string place = "line " + std::to_string(line_number + 1);
-        // A table of ours has no names: its folder's, and the values of what was varied.
+        // A table of amontons study has no names: its folder's, and the values of what was varied.
         const bool ours = names[0] == "point";
         if (ours) r.name = std::filesystem::absolute(file).parent_path().filename().string();
         bool parameter = ours, done = true;
@@ -502,6 +502,7 @@ std::string plot_script(const Table& t, const std::string& name)
         std::vector<std::string> blocks, titles; // of data
         std::string front;
     };
+    // ---- A panel: blocks of numbers, with its axes
     const auto panel = [&](std::string x_label, std::string y_label, auto x_of, auto y_of,
                            bool must_be_positive) {
         Panel p;
@@ -539,6 +540,7 @@ std::string plot_script(const Table& t, const std::string& name)
         }
         return p;
     };
+    // ---- Panels: error over time with the front, error over unknowns, value over the swept field
     const auto error = [](const Row& r) { return has_error(r) ? r.error : kNaN; };
     const std::string of = t.reference == 0 ? "error of " : "relative error of ";
     std::vector<Panel> panels;
@@ -576,6 +578,7 @@ std::string plot_script(const Table& t, const std::string& name)
     std::erase_if(panels, [](const Panel& p) { return p.blocks.empty(); });
     if (panels.empty()) return "";
 
+    // ---- The script
     std::string out =
         fmt::format("# Draw again: gnuplot {0}.gp, in this folder.\n"
                     "set terminal svg size {1},{2} font 'Helvetica,13' background rgb 'white'\n"

@@ -34,7 +34,7 @@ struct Series {
 
 enum class ReferenceKind { value, file, finest };
 
-/// A point of another program, beside ours.
+/// A point of another program, for comparison.
 struct AddedRow {
     std::string name;
     double value = 0, error = 0, seconds = 0, unknowns = 0; ///< NaN if not given; error as of Row

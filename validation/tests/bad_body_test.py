@@ -69,14 +69,14 @@ class BadBodies(unittest.TestCase):
                 self.assertIn(word, result.stderr)
             if not words:
                 self.assertEqual(result.stderr, "")
-        said = [line.removeprefix("warning: ") for line in result.stderr.splitlines() if line.startswith("warning: ")]
+        output = [line.removeprefix("warning: ") for line in result.stderr.splitlines() if line.startswith("warning: ")]
         quiet = self.call("run", "--quiet", "--output", "out")  # hidden, but kept with the results
         self.assertEqual((quiet.returncode, quiet.stderr), (0, ""))
-        self.assertEqual(json.loads((self.folder / "out/manifest.json").read_text())["warnings"], said)
+        self.assertEqual(json.loads((self.folder / "out/manifest.json").read_text())["warnings"], output)
 
     # ---- meshes
 
-    def test_a_good_mesh_draws_no_word(self):
+    def test_a_good_mesh_causes_no_message(self):
         self.write(*box())
         self.scene()
         self.warned()
@@ -108,7 +108,7 @@ class BadBodies(unittest.TestCase):
         self.scene()
         self.refused("a.nodes", "edge (0.025, 0.025, 0)", "4 faces of the surface", "two faces")
         self.write(nodes, [elements[0], elements[7]], "node_set bottom\n0 1 3 4\n")
-        self.refused("a.nodes", "node 13", "elements that meet in this node only", "share an edge")
+        self.refused("a.nodes", "node 13", "elements that share this node only", "share an edge")
 
     def test_elements_of_other_kinds(self):
         nodes, elements = box()
@@ -181,7 +181,7 @@ class BadBodies(unittest.TestCase):
         self.warned()
 
     def test_joined_bodies_that_start_apart_are_warned_of_where_the_rule_does_not_damp(self):
-        for theta, speed, spin, told in ((0.5, 1, 0, True), (1, 1, 0, False), (0.5, 0, 0, False),
+        for theta, speed, spin, reported in ((0.5, 1, 0, True), (1, 1, 0, False), (0.5, 0, 0, False),
                                          (0.5, 0, 2, True)):
             def ball(x, speed, spin):
                 return {"kind": "rigid", "mass": 1, "shape": {"generate": "ball", "radius": 0.1},
@@ -190,7 +190,7 @@ class BadBodies(unittest.TestCase):
                 scene["couplings"] = [{"kind": "ball", "between": ["one", "two"], "at": [0.5, 0, 0]}]
                 scene["time"] = {"kind": "dynamic", "step": 0.01, "end": 0.02, "theta": theta}
             self.scene(join, one=ball(0, speed, spin), two=ball(1, 0, 0))
-            self.warned(*(["/couplings/0: found bodies that start 1 m/s apart"] if told else []))
+            self.warned(*(["/couplings/0: found bodies that start 1 m/s apart"] if reported else []))
 
     def test_solids_that_fill_the_same_place_are_refused(self):
         block = {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3, "hold": [{"set": "z_min"}]}

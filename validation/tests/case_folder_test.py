@@ -64,7 +64,7 @@ class CaseFolder(unittest.TestCase):
         self.call("./counted", "--suite", "stability", code=2)
         self.assertIn("counted (benchmarks)", self.errors)
 
-    def test_what_is_left_out_is_told(self):
+    def test_what_is_left_out_is_reported(self):
         part = self.make("part", measure=[CASE["measure"][0], {"left_out": "no device", "what": "its touch"}])
         rows = self.rows(part)
         self.assertEqual([(r["quantity"], r["left_out"]) for r in rows],

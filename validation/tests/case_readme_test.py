@@ -23,9 +23,9 @@ def main(program, cases):
                 if c["folder"] not in folders or pathlib.Path(c["folder"]).name != c["case"]]
     mistakes += [f"{c['case']} has no {what}" for c in listed for what in ("about", "verified") if not c[what].strip()]
     mistakes += [f"{f} is no case" for f in sorted(folders - {c["folder"] for c in listed})]
-    said = {c["case"]: (c["about"], c["verified"]) for c in listed}
+    output = {c["case"]: (c["about"], c["verified"]) for c in listed}
     mistakes += [f"{r['case']}: its result does not state what the list states" for r in answer(*QUICK)
-                 if (r.get("about"), r.get("verified")) != said[r["case"]]]
+                 if (r.get("about"), r.get("verified")) != output[r["case"]]]
     print("\n".join(mistakes) or f"{len(listed)} cases")
     return 1 if mistakes else 0
 

@@ -73,12 +73,12 @@ class Case(unittest.TestCase):
             time.sleep(0.002)
         return process
 
-    def keeps_all(self, *arguments, says=(), scene=None, **options):
+    def keeps_all(self, *arguments, contains=(), scene=None, **options):
         """Refused with these words, and the folder is as it was."""
         before = contents(self.folder / "out")
         result = self.call("run", scene or "case.json", *arguments, **options)
         self.assertEqual(result.returncode, 2, result.stderr)
-        for words in says:
+        for words in contains:
             self.assertIn(words, result.stderr)
         self.assertEqual(contents(self.folder / "out"), before)
 
@@ -94,7 +94,7 @@ class Streams(Case):
             self.assertEqual(rows_of(self.folder / "out/history.csv"), whole, closed)
             self.assertEqual(json.loads((self.folder / "out/manifest.json").read_text())["status"], "done")
 
-    def test_a_closed_stdout_is_said(self):
+    def test_a_closed_stdout_is_reported(self):
         result = subprocess.run([PROGRAM, "check", "case.json", "--json"], cwd=self.folder, stderr=subprocess.PIPE, text=True,
                                 preexec_fn=lambda: os.close(1), timeout=100)
         self.assertEqual(result.returncode, 3)
@@ -102,7 +102,7 @@ class Streams(Case):
 
 
 class OneRunAFolder(Case):
-    def test_the_second_says_who_is_at_work(self):
+    def test_the_second_reports_which_process_is_at_work(self):
         first = self.under_way()
         for more in ((), ("--resume",)):
             second = self.run_case(*more)
@@ -145,15 +145,15 @@ class NothingIsLost(Case):
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertIn("no FCLib module", result.stderr)
         self.assertEqual(contents(self.folder / "out"), before)
-        self.keeps_all("--output", "out", "--set", "bodies.block.density=1e-15", says=["/bodies/block", "not positive definite"])
-        self.keeps_all("--output", "out", "--set", "bodies.block.start.place=[0, 0, 0.01]", says=["block"])
-        self.keeps_all("--output", "out/history.csv", says=["out/history.csv"])
-        self.keeps_all("--output", "out/history.csv/below", says=["out/history.csv"])
+        self.keeps_all("--output", "out", "--set", "bodies.block.density=1e-15", contains=["/bodies/block", "not positive definite"])
+        self.keeps_all("--output", "out", "--set", "bodies.block.start.place=[0, 0, 0.01]", contains=["block"])
+        self.keeps_all("--output", "out/history.csv", contains=["out/history.csv"])
+        self.keeps_all("--output", "out/history.csv/below", contains=["out/history.csv"])
         long = json.loads(json.dumps(SCENE))
         long["bodies"]["b" * 250] = long["bodies"].pop("block")
         long["contact"][0]["between"][0] = "b" * 250
         (self.folder / "long.json").write_text(json.dumps(long))
-        self.keeps_all("--output", "out", scene="long.json", says=["of at most 100"])
+        self.keeps_all("--output", "out", scene="long.json", contains=["of at most 100"])
 
     def test_by_an_output_that_holds_the_scene_or_an_input(self):
         before = contents(self.folder)
@@ -224,7 +224,7 @@ class Signals(Case):
             manifest = json.loads((self.folder / "out/manifest.json").read_text())
             self.assertEqual((manifest["status"], manifest["checkpoint"]), ("interrupted", True))
 
-    def test_nohup_goes_on(self):
+    def test_nohup_continues(self):
         process = subprocess.Popen(["nohup", PROGRAM, "run", "case.json", "--output", "out"], cwd=self.folder,
                                    stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
         time.sleep(0.05)
@@ -314,7 +314,7 @@ class Names(Case):
 
 class OtherCommands(Case):
     @unittest.skipUnless(MAKER, "lacks the module fclib")
-    def test_solve_blames_a_full_disk(self):
+    def test_solve_reports_a_full_disk(self):
         subprocess.run([MAKER, str(self.folder)], check=True, capture_output=True)
         problem = next(iter(sorted(self.folder.glob("*.hdf5"))))
         result = self.call("solve", str(problem), "--output", "/dev/full")

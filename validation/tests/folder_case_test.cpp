@@ -150,13 +150,13 @@ TEST_CASE("a contact problem passes with its status and an error below its toler
         {"problem": "jam.hdf5", "status": "infeasible", "tolerance": 1e-8})");
     c.scenes.clear();
     c.folder = "cases/c";
-    std::string asked;
+    std::string set_of_run;
     const auto rows = [&](const std::string& first, const std::string& second) {
         return measure(
             c, {},
             [&](const std::string& file, double tolerance) {
                 CHECK(tolerance == 1e-8);
-                asked += file + " ";
+                set_of_run += file + " ";
                 return answer(file.find("tower") != std::string::npos ? first : second);
             },
             "data");
@@ -166,7 +166,7 @@ TEST_CASE("a contact problem passes with its status and an error below its toler
     CHECK(good[0].passed());
     CHECK(good[0].error == 9e-9);
     CHECK(good[1].passed());
-    CHECK(asked == "data/tower.hdf5 data/jam.hdf5 ");
+    CHECK(set_of_run == "data/tower.hdf5 data/jam.hdf5 ");
     const auto bad =
         rows(R"({"status": "stagnated", "error": 9e-9})", R"({"status": "converged", "error": 0})");
     CHECK(!bad[0].passed());
@@ -184,15 +184,15 @@ TEST_CASE("scenes of a case on data of elsewhere name its folder")
 {
     FolderCase c = parse(R"({"quantity": "q", "reference": 2, "tolerance": 1})", R"("data": "d",)");
     c.scenes[0].set = {"bodies.b.mesh={data}/b.msh"};
-    std::string asked;
+    std::string set_of_run;
     measure(
         c,
         [&](const std::string&, const std::vector<std::string>& set) {
-            asked = set.at(0);
+            set_of_run = set.at(0);
             return answer(kDone);
         },
         {}, "/far/d");
-    CHECK(asked == "bodies.b.mesh=/far/d/b.msh");
+    CHECK(set_of_run == "bodies.b.mesh=/far/d/b.msh");
 }
 
 TEST_CASE("a curve is held to its largest distance and where the run has no value it fails")
@@ -242,7 +242,7 @@ TEST_CASE("all that is wrong with a case is reported with its place")
     CHECK_THROWS_WITH_AS(without_readme(), doctest::Contains("README.md"), InputError);
 }
 
-TEST_CASE("what a case is its README states in its first paragraph")
+TEST_CASE("the first paragraph of its README describes a case")
 {
     const std::string folder =
         (std::filesystem::temp_directory_path() / ("amontons_about" + std::to_string(::getpid())))

@@ -71,7 +71,7 @@ class Large(unittest.TestCase):
                 self.assertAlmostEqual(a["quantities"][k], b["quantities"][k],
                                        delta=share * max(1e-9, size), msg=k)
 
-    def test_check_names_every_way(self):
+    def test_check_lists_every_method(self):
         plan = json.loads(self.call("check", "scene.json", "--json").stdout)
         linear = plan["predicted"]["linear"]
         self.assertEqual(linear["taken"], "direct")
@@ -86,7 +86,7 @@ class Large(unittest.TestCase):
         self.assertEqual(result.returncode, 2)
         self.assertIn("iterative", result.stderr)
 
-    def test_ways_agree_and_say_what_they_took(self):
+    def test_methods_agree_and_report_which_was_used(self):
         direct, other = self.run_linear("direct"), self.run_linear("iterative")
         self.same(direct, other)
         self.assertLessEqual(other["certificate"]["worst_error"], 1e-8)
@@ -165,7 +165,7 @@ class Large(unittest.TestCase):
         self.assertIn("mpirun", result.stderr)
 
     @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
-    def test_ranks_give_the_same_answer(self):
+    def test_ranks_have_the_same_results(self):
         direct = self.run_linear("direct")
         for ranks in (2, 3):
             other = self.run_linear("distributed", before=(MPIRUN, "-n", str(ranks)))
@@ -181,13 +181,13 @@ class Large(unittest.TestCase):
             "missing.json"))
 
     @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
-    def test_a_wrong_option_is_said_once(self):
+    def test_a_wrong_option_is_reported_once(self):
         result = self.call("run", "scene.json", "--fresh", before=(MPIRUN, "-n", "2"))
         self.assertEqual(result.returncode, 2)
         self.assertEqual(result.stderr.count("error: "), 1, result.stderr)
 
     @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
-    def test_a_part_without_contacts_works_along(self):
+    def test_a_part_without_contacts_takes_part(self):
         self.write(block((1, 1, 12)))  # METIS cuts it across: one part is far from the plate
         self.same(self.run_linear("direct"), self.run_linear("distributed", before=(MPIRUN, "-n", "2")))
 
@@ -229,7 +229,7 @@ class Large(unittest.TestCase):
         self.finished_steps_are_valid()
 
     @unittest.skipUnless(MPIRUN, "lacks mpirun (openmpi-bin)")
-    def test_a_run_goes_on_with_another_number_of_ranks(self):
+    def test_a_run_continues_with_another_number_of_ranks(self):
         """Stopped on two ranks, continued with on three: the answer of a run that nothing stopped."""
         self.write(block((4, 4, 3), end=8, step=0.25))
         linear = ("--output", "out", "--set", "solver.linear=distributed")

@@ -121,8 +121,7 @@ TEST_CASE("means weigh every step with its length and are NaN where there are no
     CHECK(largest(run, &Step::push) == 9);
 }
 
-TEST_CASE(
-    "points of a curve go together into the order of x but references at some places are no line")
+TEST_CASE("points of a curve are sorted by x but references at some places are no line")
 {
     const double none = std::nan("");
     ReferenceCurve c{"x", "y", {}, {}, {}};

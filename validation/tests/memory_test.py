@@ -49,7 +49,7 @@ class Memory(unittest.TestCase):
         run.wait()
         return json.loads((out / "manifest.json").read_text()), mapped
 
-    def test_memory_is_foretold_within_30_percent(self):
+    def test_memory_is_predicted_within_30_percent(self):
         scenes = [(ROOT / "examples/catheter/scene.json", [])]
         own = dict(linear_way.SCENES)
         for name in ("pressed T4 6e3", "pressed H8 1e4", "ball H8 1e4", "bent H8 15e3"):
@@ -68,7 +68,7 @@ class Memory(unittest.TestCase):
             self.assertTrue(0.7 <= ratio <= 1.3, f"{file.name}: {predicted / 1e6:.0f} MB predicted, "
                                                  f"{manifest['peak_memory'] / 1e6:.0f} MB taken")
 
-    def test_the_picture_is_told_apart(self):
+    def test_the_picture_is_listed_separately(self):
         plan = self.check(ROOT / "examples/first_block/scene.json")
         if (pathlib.Path(PROGRAM).parent / "../lib/amontons/libamontons-vtk.so").exists():
             self.assertGreater(plan["predicted"]["picture_memory"], 1e8)
@@ -91,9 +91,9 @@ class Memory(unittest.TestCase):
 
     def test_no_list_is_begun_that_is_empty(self):
         for file in ("lee_frame", "catheter", "first_block", "pile"):
-            said = subprocess.run([PROGRAM, "check", ROOT / f"examples/{file}/scene.json"], capture_output=True, text=True,
+            output = subprocess.run([PROGRAM, "check", ROOT / f"examples/{file}/scene.json"], capture_output=True, text=True,
                                   check=True, env=memory.ENVIRONMENT).stdout.splitlines()
-            for heading, after in zip(said, said[1:] + ["end"]):
+            for heading, after in zip(output, output[1:] + ["end"]):
                 if not heading.startswith(" "):
                     self.assertTrue(after.startswith("  "), f"{file}: nothing below {heading!r}")
 

@@ -30,7 +30,7 @@ class MeshCommand(unittest.TestCase):
     def json_of(self, *words, code=0):
         return json.loads(self.run_mesh(*words, "--json", code=code).stdout)
 
-    def test_a_box_goes_through_every_format_with_its_sets(self):
+    def test_a_box_survives_every_format_with_its_sets(self):
         self.run_mesh("generate", "box", "--size", "1,2,0.5", "--cells", "2,4,1", "--element",
                       "T10", "--output", "a.msh")
         names = ["a.msh", "b.vtu", "c.inp", "d.nodes", "e.msh"]
@@ -73,7 +73,7 @@ class MeshCommand(unittest.TestCase):
         wrong = self.run_mesh("surface", "a.msh", "-o", "b.ply", "--set", "top", code=2)
         self.assertIn('no face set "top", allowed: ', wrong.stderr)
 
-    def test_bad_meshes_are_told_and_end_with_2(self):
+    def test_bad_meshes_are_reported_and_end_with_2(self):
         nodes = "0 0 0\n1 0 0\n0 1 0\n0 0 1\n"
         pathlib.Path(self.path("a.nodes")).write_text(nodes)
         pathlib.Path(self.path("a.elements")).write_text("0 2 1 3\n")

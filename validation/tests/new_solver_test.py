@@ -21,7 +21,7 @@ PAGE = pathlib.Path(__file__).resolve().parents[2] / "docs/new_solver.md"
 @unittest.skipIf(not MAKER, "lacks the module fclib")
 @unittest.skipIf(importlib.util.find_spec("h5py") is None, "lacks h5py (python3-h5py)")
 class NewSolver(unittest.TestCase):
-    def test_the_page_s_solver_solves_and_is_judged_as_ours(self):
+    def test_the_page_s_solver_solves_and_is_certified_as_the_program_s(self):
         code = PAGE.read_text().split("```python\n", 1)[1].split("```", 1)[0]
         self.assertLessEqual(len(code.splitlines()), 50)
         with tempfile.TemporaryDirectory() as folder:
@@ -69,7 +69,7 @@ class NewSolver(unittest.TestCase):
         (path / "my_solver.py").write_text(code)
         return path
 
-    def test_a_scene_is_solved_by_the_page_s_solver_as_by_ours(self):
+    def test_a_scene_is_solved_by_the_page_s_solver_as_by_the_program_s(self):
         folder = self.folder()
         for friction in (0.3, 0):
             ours_result, ours = self.scene(folder, "", friction)

@@ -19,7 +19,7 @@ ROOT = pathlib.Path(__file__).resolve().parents[2]
 PAGE = ROOT / "docs/outputs.md"
 SCENES = sorted(f for f in ROOT.glob("examples/*/*.json") if '"schema"' in f.read_text())
 PLACEHOLDERS = r"NAME|A|B|SET|PROBE|FIELD|N|KEY"
-# Ours are checked; what others' formats ask for is theirs.
+# Keys of amontons are checked; those of other formats are not.
 VTK_OWN = {"points", "connectivity", "offsets", "types"}
 
 
@@ -104,7 +104,7 @@ class Outputs(unittest.TestCase):
         self.assertEqual(sorted(set(unknown)), [])
         self.assertGreater(done, 15)
 
-    def test_check_tells_unit_and_meaning_of_every_quantity(self):
+    def test_check_lists_unit_and_meaning_of_every_quantity(self):
         for name in ("first_block", "masonry_arch", "coaxial", "plies"):
             scene = next(s for s in SCENES if s.parent.name == name)
             result = run("check", str(scene), "--quantities", "--json")

@@ -1,7 +1,7 @@
 #!/usr/bin/env python3
 """validation/peers/run.py from outside: peers_test.py PROGRAM. No peer is needed.
 
-Coarse meshes. Amontons meets its references; a peer that is installed and takes part in the cantilever, which
+Coarse meshes. Amontons agrees with its references; a peer that is installed and takes part in the cantilever, which
 is the same discretisation for all, has the same error: meshes, holds and loads reach it as they should.
 """
 import csv

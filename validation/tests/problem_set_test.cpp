@@ -1,6 +1,6 @@
 #include "validation/contact/problem_set.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "validation/contact/elastic_problems.hpp"
 #include "validation/contact/rigid_problems.hpp"
 
@@ -162,7 +162,7 @@ TEST_CASE("a wide elastic block under a smooth press has the oedometer's pressur
 }
 
 TEST_CASE(
-    "packings of spheres with much friction are solved in any unit by some of the close paths" *
+    "packings of spheres with much friction are solved in any unit on one of the nearby paths" *
     doctest::test_suite("slow"))
 {
     for (const unsigned seed : {3u, 10u})

@@ -89,12 +89,12 @@ class Case(unittest.TestCase):
                               cwd=self.folder, env={**os.environ, **(environment or {})},
                               timeout=100, **options)
 
-    def refused(self, *arguments, says=(), command="check"):
+    def refused(self, *arguments, contains=(), command="check"):
         """Exit code 2, the words on stderr, nothing on stdout but JSON that states the same."""
         result = self.call(command, *arguments)
         self.assertEqual(result.returncode, 2, result.stderr)
         self.assertEqual(result.stdout, "")
-        for words in says:
+        for words in contains:
             self.assertIn(words, result.stderr)
         as_json = self.call(command, *arguments, "--json")
         self.assertEqual(as_json.returncode, 2)
@@ -111,52 +111,52 @@ class Case(unittest.TestCase):
 class BadInput(Case):
     def test_missing_file(self):
         self.scene()
-        self.refused("cas.json", says=["cas.json", "no such file", "case.json"])
+        self.refused("cas.json", contains=["cas.json", "no such file", "case.json"])
 
     def test_no_scene(self):
-        self.refused(says=["no scene"])
+        self.refused(contains=["no scene"])
 
     def test_folder_as_scene(self):
-        self.refused(".", says=["a folder"])
+        self.refused(".", contains=["a folder"])
 
     def test_broken_json(self):
-        self.refused(self.scene(text='{\n "schema": 1,\n "bodies" 3}'), says=["line 3, column 11"])
-        self.refused(self.scene(text='{\n "time": NaN}'), says=["line 2"])
-        self.refused(self.scene(text=""), says=["an empty file"])
+        self.refused(self.scene(text='{\n "schema": 1,\n "bodies" 3}'), contains=["line 3, column 11"])
+        self.refused(self.scene(text='{\n "time": NaN}'), contains=["line 2"])
+        self.refused(self.scene(text=""), contains=["an empty file"])
 
     def test_unknown_field(self):
         def change(s):
             s["contact"][0]["frction"] = s["contact"][0].pop("friction")
-        self.refused(self.scene(change), says=['/contact/0: found field "frction"', '"friction"'])
+        self.refused(self.scene(change), contains=['/contact/0: found field "frction"', '"friction"'])
 
     def test_wrong_type(self):
         self.refused(self.scene(lambda s: s["time"].update(step="fast")),
-                     says=['/time/step: found "fast", allowed: a number >= 1e-12 and <= 1e+12 [s]'])
+                     contains=['/time/step: found "fast", allowed: a number >= 1e-12 and <= 1e+12 [s]'])
 
     def test_out_of_range(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(radius=-1)),
-                     says=["/bodies/wire/segments/0/radius: found -1, allowed: a number >= 1e-09"])
+                     contains=["/bodies/wire/segments/0/radius: found -1, allowed: a number >= 1e-09"])
         self.refused(self.scene(lambda s: s["contact"][0].update(friction=-0.1)),
-                     says=["/contact/0/friction: found -0.1"])
+                     contains=["/contact/0/friction: found -0.1"])
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(EI=-1)),
-                     says=["/EI: found -1", "[N m^2]"])
+                     contains=["/EI: found -1", "[N m^2]"])
 
     def test_mesh_not_found(self):
         surface = {"file": "vessel.stl", "scale": 0.001}
         self.refused(self.scene(lambda s: s["bodies"]["floor"].update(surface=surface)),
-                     says=["vessel.stl", "no such file"])
+                     contains=["vessel.stl", "no such file"])
 
     def test_mesh_unreadable(self):
         (self.folder / "vessel.obj").write_text("v 0 0 zero\nf 1 2 3\n")
         (self.folder / "vessel.docx").write_text("no mesh")
         for name, words in (("vessel.obj", "line 1"), ("vessel.docx", ".docx")):
             self.refused(self.scene(lambda s: s["bodies"]["floor"].update(surface={"file": name})),
-                         says=[name, words])
+                         contains=[name, words])
 
     def test_mesh_open(self):
         (self.folder / "open.obj").write_text(TETRAHEDRON.rsplit("f", 1)[0])
         issues = self.refused(self.scene(
-            lambda s: s["bodies"]["floor"].update(surface={"file": "open.obj"})), says=["open"])
+            lambda s: s["bodies"]["floor"].update(surface={"file": "open.obj"})), contains=["open"])
         self.assertEqual(issues[0]["place"], "/bodies/floor/side")
 
     def test_mesh_self_intersecting(self):
@@ -165,25 +165,25 @@ class BadInput(Case):
                         lambda m: "f " + " ".join(str(int(i) + 4) for i in m.groups()), second)
         (self.folder / "two.obj").write_text(TETRAHEDRON + second + "\n")
         self.refused(self.scene(lambda s: s["bodies"]["floor"].update(surface={"file": "two.obj"})),
-                     says=["two.obj", "intersect"])
+                     contains=["two.obj", "intersect"])
 
     def test_wire_and_path(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["drive"].update(
-            insertion=[[0, 0], [1, 0.2]])), says=["/drive/insertion: found 0.2, allowed: < 0.1 [m]"])
+            insertion=[[0, 0], [1, 0.2]])), contains=["/drive/insertion: found 0.2, allowed: < 0.1 [m]"])
         self.refused(self.scene(lambda s: s["bodies"]["wire"]["segments"][0].update(element=0.2)),
-                     says=["/segments/0/element"])
+                     contains=["/segments/0/element"])
         tube = {"generate": "tube", "radius": 0.004,
                 "centreline": {"pieces": [{"length": 0.01}, {"radius": 0.005, "angle": 3}]}}
 
         def coarse(s):
             s["bodies"]["floor"]["surface"] = tube
             s["bodies"]["wire"]["segments"][0]["element"] = 0.01
-        self.refused(self.scene(coarse), says=["does not follow the bends"])
+        self.refused(self.scene(coarse), contains=["does not follow the bends"])
 
     @unittest.skipIf(STUB, "the stub has no walls")
     def test_wire_starts_in_the_wall(self):
         self.refused(self.scene(lambda s: s["bodies"]["wire"].update(
-            introducer={"at": [0, 0, -0.01]})), says=["wire"])
+            introducer={"at": [0, 0, -0.01]})), contains=["wire"])
 
     def test_all_together(self):
         def change(s):
@@ -191,14 +191,14 @@ class BadInput(Case):
             s["contact"][0]["between"][1] = "flor"
             s["bodies"]["wire"]["segments"][0]["radius"] = "thin"
             s["outptu"] = {}
-        issues = self.refused(self.scene(change), says=['"floor" (nearest name)', '"output"'])
+        issues = self.refused(self.scene(change), contains=['"floor" (nearest name)', '"output"'])
         self.assertEqual(len(issues), 4)
 
     def test_overrides(self):
         scene = self.scene()
-        self.refused(scene, "--set", "contact.0.frction=0.1", says=['"friction"'])
-        self.refused(scene, "--set", "bodies/wir/segments/0/EI=1", says=['"wire"'])
-        self.refused("--set", "time.end=-1", scene, says=["(--set)"])
+        self.refused(scene, "--set", "contact.0.frction=0.1", contains=['"friction"'])
+        self.refused(scene, "--set", "bodies/wir/segments/0/EI=1", contains=['"wire"'])
+        self.refused("--set", "time.end=-1", scene, contains=["(--set)"])
 
     def test_arguments(self):
         for arguments, words in ((["rum", "x"], "run"), (["run", "--ouput", "x"], "--output"), ([], "")):
@@ -210,16 +210,16 @@ class BadInput(Case):
     def test_output_not_writable(self):
         (self.folder / "file").write_text("x")
         for bad in ("file", "file/below", "/proc/amontons"):
-            self.refused(self.scene(), "--output", bad, command="run", says=[bad])
+            self.refused(self.scene(), "--output", bad, command="run", contains=[bad])
 
 
 class Resume(Case):
     def test_without_checkpoint(self):
-        self.refused(self.scene(), "--output", "none", "--resume", command="run", says=["none"])
+        self.refused(self.scene(), "--output", "none", "--resume", command="run", contains=["none"])
         self.run_to("out")
         os.remove(self.folder / "out/checkpoint")
         self.refused(self.scene(), "--output", "out", "--resume", command="run",
-                     says=["checkpoint", "no such file"])
+                     contains=["checkpoint", "no such file"])
 
     def test_damaged_checkpoint_loses_nothing(self):
         self.run_to("out")
@@ -229,13 +229,13 @@ class Resume(Case):
         flipped = whole[:200] + bytes([whole[200] ^ 1]) + whole[201:]
         for damaged in (b"", whole[:-1], whole[:40], flipped, b"hello" * 100):
             file.write_bytes(damaged)
-            self.refused(self.scene(), "--output", "out", "--resume", command="run", says=["checkpoint"])
+            self.refused(self.scene(), "--output", "out", "--resume", command="run", contains=["checkpoint"])
         self.assertEqual(steps_of(self.folder / "out/history.csv"), before)
 
     def test_foreign_checkpoint(self):
         self.run_to("out")
         self.refused(self.scene(), "--set", "contact.0.friction=0.3", "--output", "out", "--resume",
-                     command="run", says=["another scene"])
+                     command="run", contains=["another scene"])
 
     def files(self, directory):
         """All results by name, without what reports the time or the folder."""
@@ -505,7 +505,7 @@ class Output(Case):
         self.assertEqual(histories[0], histories[2])
 
     @unittest.skipIf(STUB, "the stub has no bodies")
-    def test_one_thread_unless_more_are_asked_for(self):
+    def test_one_thread_unless_more_are_requested(self):
         """BLAS, once it is loaded, starts none either: they would spin."""
         environment = {name: value for name, value in os.environ.items() if not name.endswith("_NUM_THREADS")}
         with subprocess.Popen(
@@ -542,7 +542,7 @@ class Output(Case):
         self.assertEqual(collections, {"other.pvd", "contacts.pvd", "notes.pvd"})
 
     @unittest.skipIf(STUB, "the stub has no bodies")
-    def test_check_says_side_volume_and_holes_of_surfaces_and_the_size_of_sets(self):
+    def test_check_reports_side_volume_and_holes_of_surfaces_and_the_size_of_sets(self):
         ball = {"schema": 1, "bodies": {
             "room": {"kind": "obstacle", "side": "inside", "surface": {"generate": "ball", "radius": 1}},
             "tube": {"kind": "obstacle", "surface": {"generate": "tube", "radius": 0.1, "centreline": {
@@ -665,9 +665,9 @@ class Output(Case):
                                environment={"LD_DEBUG": "files", "LD_DEBUG_OUTPUT": str(self.folder / "loader")})
             self.assertEqual(result.returncode, 0, result.stderr)
             loaded = ""
-            for said in self.folder.glob("loader.*"):
-                loaded += said.read_text(errors="replace")
-                said.unlink()
+            for output in self.folder.glob("loader.*"):
+                loaded += output.read_text(errors="replace")
+                output.unlink()
             self.assertIn("libc.so", loaded) # the loader did state
             for library in ("libmpi", "libpetsc", "libvtk", "libCGAL", "libhdf5", "libamontons-",
                             "libcholmod", "libblas", "libopenblas"):
@@ -714,7 +714,7 @@ class Solve(Case):
                 self.assertEqual(set(point), {"iteration", "seconds", "error"})
 
     def test_every_solver(self):
-        issues = self.refused(self.file("global"), "--solver", "?", command="solve", says=["(--solver)"])
+        issues = self.refused(self.file("global"), "--solver", "?", command="solve", contains=["(--solver)"])
         names = issues[0]["allowed"].split(", ")
         self.assertIn("auto", names)
         for name in names:
@@ -744,7 +744,7 @@ class Solve(Case):
         self.assertLess(loose["iterations"], tight["iterations"])
         self.assertLessEqual(tight["error"], 1e-12)
 
-    def test_what_somebody_else_wrote_is_judged_by_our_measure(self):
+    def test_what_another_program_wrote_is_judged_by_the_same_measure(self):
         for name in ("tower", "global", "glued"):
             solved = self.folder / (name + "_judged.hdf5")
             ours = self.solve(name, "--tolerance", "1e-6", "--output", solved)
@@ -759,7 +759,7 @@ class Solve(Case):
             strict = self.call("solve", solved, "--judge", "--tolerance", str(0.1 * ours["error"]), "--json")
             if ours["error"] > 1e-13:
                 self.assertEqual((strict.returncode, json.loads(strict.stdout)["status"]), (3, "stagnated"))
-        self.refused(self.file("tower"), "--judge", command="solve", says=["/solution/r", "nothing"])
+        self.refused(self.file("tower"), "--judge", command="solve", contains=["/solution/r", "nothing"])
 
     def test_an_outside_solver_is_run_and_judged(self):
         script = self.folder / "mine.sh"
@@ -772,7 +772,7 @@ class Solve(Case):
         self.assertEqual(self.solve("tower", "--solver-command", f"'{script}' nsgs", code=3)["status"], "stagnated")
         for command, why in (("false #", "exit code 1"), ("true #", "wrote no file"), ("sleep 9 #", "did not end within")):
             self.refused(self.file("tower"), "--solver-command", command, "--max-time", "0.5", command="solve",
-                         says=["--solver-command", why])
+                         contains=["--solver-command", why])
 
     def test_output(self):
         for name in ("tower", "glued"):
@@ -794,7 +794,7 @@ class Solve(Case):
         for bad in (".", "file/below", "none/out.hdf5", "/proc/amontons"):
             # Refused before the solve, which would outlast the call.
             self.refused(self.file("slow"), "--solver", "nsgs", "--tolerance", "0", "--max-iterations",
-                         "2000000000", "--output", bad, command="solve", says=[bad])
+                         "2000000000", "--output", bad, command="solve", contains=[bad])
         self.assertEqual((self.folder / "file").read_text(), "x")
 
     def test_output_onto_the_problem(self):
@@ -803,22 +803,22 @@ class Solve(Case):
         (self.folder / "link.hdf5").symlink_to(problem)
         bytes_before = problem.read_bytes()
         for same in (problem, "./tower.hdf5", "link.hdf5"):
-            self.refused(problem, "--output", same, command="solve", says=[str(same), "the problem itself"])
+            self.refused(problem, "--output", same, command="solve", contains=[str(same), "the problem itself"])
         self.assertEqual(problem.read_bytes(), bytes_before)
 
     def test_bad_input(self):
-        self.refused(self.file("plane"), command="solve", says=["/fclib_local/spacedim", "plane"])
-        self.refused(self.file("negative_mu"), command="solve", says=["vectors/mu[1]: found -0.1"])
-        self.refused(self.file("short"), command="solve", says=["vectors/q: found 3 values"])
-        self.refused(self.file("text"), command="solve", says=["vectors/q: found text"])
-        self.refused(self.file("towr"), command="solve", says=["no such file", "tower.hdf5"])
-        self.refused(self.scene(), command="solve", says=["no HDF5 file"])
+        self.refused(self.file("plane"), command="solve", contains=["/fclib_local/spacedim", "plane"])
+        self.refused(self.file("negative_mu"), command="solve", contains=["vectors/mu[1]: found -0.1"])
+        self.refused(self.file("short"), command="solve", contains=["vectors/q: found 3 values"])
+        self.refused(self.file("text"), command="solve", contains=["vectors/q: found text"])
+        self.refused(self.file("towr"), command="solve", contains=["no such file", "tower.hdf5"])
+        self.refused(self.scene(), command="solve", contains=["no HDF5 file"])
         whole = pathlib.Path(self.file("tower")).read_bytes()
         (self.folder / "cut.hdf5").write_bytes(whole[:5000])
-        self.refused("cut.hdf5", command="solve", says=["cut.hdf5"])
+        self.refused("cut.hdf5", command="solve", contains=["cut.hdf5"])
         self.refused(self.file("tower"), "--solver", "nsgz", command="solve",
-                     says=['"nsgz"', "auto, nsgs", "nearest name: nsgs"])
-        self.refused(self.file("tower"), "--tolerance", "-1", command="solve", says=["tolerance"])
+                     contains=['"nsgz"', "auto, nsgs", "nearest name: nsgs"])
+        self.refused(self.file("tower"), "--tolerance", "-1", command="solve", contains=["tolerance"])
         result = self.call("solve")
         self.assertEqual(result.returncode, 2)
 

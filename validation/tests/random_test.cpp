@@ -571,7 +571,7 @@ TEST_CASE("pushes and torques of instruments, and forces of joints, that are off
     scene["gravity"] = {0, 0, -kGravity};
     Planted run(scene);
     const auto more = [](double v) { return std::abs(v) < 1e-12 ? 1e-3 : 1.001 * v; };
-    const auto far_more = [](double v) { return v + 1e-6; }; // the moment itself is next to nothing
+    const auto far_more = [](double v) { return v + 1e-6; }; // the moment itself is negligible
     for (const char* column :
          {"wire_push_force", "wire_torque", "wire_on_ball_coupling_0_force_z"}) {
         CAPTURE(column);

@@ -86,9 +86,9 @@ class Case(unittest.TestCase):
         process.stdout.close()
         process.wait(60)
 
-    def refused(self, ask, **fields):
+    def refused(self, send, **fields):
         with self.assertRaises(RuntimeError) as caught:
-            ask(**fields)
+            send(**fields)
         issues = caught.exception.args[0]
         for issue in issues:
             self.assertEqual(list(issue), ["file", "place", "found", "allowed"])
@@ -134,9 +134,9 @@ class Numbers(Case):
         for row in rows:
             answer = served.step()
             now = answer["quantities"]
-            told = [name for name in row if name in now]
-            self.assertGreater(len(told), 3)
-            for name in told + ["time"]:
+            reported = [name for name in row if name in now]
+            self.assertGreater(len(reported), 3)
+            for name in reported + ["time"]:
                 self.assertEqual(float(row[name]), answer["time"] if name == "time" else now[name], name)
             self.assertEqual(answer["step"]["number"], int(row["step"]))
             self.assertEqual(answer["certificate"]["error"], float(row["certificate_error"]))
@@ -161,7 +161,7 @@ class Numbers(Case):
         self.assertEqual(other.step(count=11)["quantities"], served.state()["quantities"])
         self.assertEqual(served.advance(until=0.5123)["time"], 0.5123)
 
-    def test_a_saved_state_goes_on_bit_by_bit_and_reset_begins_anew(self):
+    def test_a_saved_state_continues_bit_by_bit_and_reset_begins_anew(self):
         for scene, path, value in ((WIRE, "wire.twist", 0.7), (BLOCK, "gravity.0", 0.3)):
             served = self.serve(scene)
             first = served.step(count=4)
@@ -179,7 +179,7 @@ class Numbers(Case):
             else:  # what was set in the scene stays
                 self.assertEqual(served.scene()["scene"]["gravity"][0], value)
 
-    def test_an_input_leads_its_drive_and_a_path_changes_the_scene(self):
+    def test_an_input_moves_its_drive_and_a_path_changes_the_scene(self):
         served = self.serve(WIRE)
         served.step(count=11)
         all = {i["name"]: i for i in served.inputs()["inputs"]}
@@ -195,7 +195,7 @@ class Numbers(Case):
         served.set(path="time/end", value=5)
         self.assertEqual(served.advance(until=4.5)["done"], False)
 
-    def test_contacts_and_views_tell_of_the_same_forces(self):
+    def test_contacts_and_views_contain_the_same_forces(self):
         served = self.serve(WIRE)
         self.assertEqual(served.contacts()["contacts"], [])
         answer = served.advance(until=2.5)
@@ -296,7 +296,7 @@ class Wrong(Case):
         fine = sum(a["ok"] for a in answers)
         self.assertTrue(100 < fine < 590, fine)
 
-    def test_a_scene_that_is_wrong_gives_exit_code_2_and_one_line(self):
+    def test_a_scene_that_is_wrong_ends_with_exit_code_2_and_one_line(self):
         scene = json.loads(json.dumps(WIRE))
         scene["bodies"]["wire"]["segments"][0]["radius"] = -1
         scene["time"]["stop"] = 3

@@ -51,7 +51,7 @@ class Studio:
             raise AssertionError(self.address + self.process.stderr.read())
         self.port, self.token, self.last = int(match[1]), match[2], 0
 
-    def ask(self, method, path, body=None, headers=None, token=True, timeout=60):
+    def send(self, method, path, body=None, headers=None, token=True, timeout=60):
         connection = http.client.HTTPConnection("127.0.0.1", self.port, timeout=timeout)
         headers = dict(headers or {})
         if token:
@@ -63,14 +63,14 @@ class Studio:
         return answer.status, data, answer.headers
 
     def get(self, path):
-        status, data, _ = self.ask("GET", path)
+        status, data, _ = self.send("GET", path)
         if status != 200:
             raise AssertionError((path, status, data))
         return json.loads(data)
 
     def do(self, what, **fields):
         self.last += 1
-        status, data, _ = self.ask("POST", "/api/command", json.dumps({"id": self.last, "do": what, **fields}))
+        status, data, _ = self.send("POST", "/api/command", json.dumps({"id": self.last, "do": what, **fields}))
         answer = json.loads(data)
         assert status == 200 and answer["id"] == self.last, (status, answer)
         return answer
@@ -145,7 +145,7 @@ class StudioTest(unittest.TestCase):
         self.assertEqual(sorted(listening), ["0" * 24 + "01000000", "0100007F"] if has6 else ["0100007F"])
         if not has6:
             return
-        # By the newer protocol the same is asked of whoever asks.
+        # By the newer protocol the same is required of every client.
         for host, token, status in ((f"[::1]:{s.port}", s.token, 200), (f"[::1]:{s.port}", "0" * 32, 401),
                                     ("evil.example", s.token, 403), (f"[::2]:{s.port}", s.token, 403)):
             connection = http.client.HTTPConnection("::1", s.port, timeout=10)
@@ -162,13 +162,13 @@ class StudioTest(unittest.TestCase):
         for path in paths:
             for value in wrong:
                 headers = {} if value is None else {"Authorization": value}
-                self.assertEqual(s.ask("GET", path, headers=headers, token=False)[0], 401, (path, value))
+                self.assertEqual(s.send("GET", path, headers=headers, token=False)[0], 401, (path, value))
         for value in wrong:
             headers = {} if value is None else {"Authorization": value}
-            self.assertEqual(s.ask("POST", "/api/command", '{"id":1,"do":"stop"}', headers, token=False)[0], 401)
+            self.assertEqual(s.send("POST", "/api/command", '{"id":1,"do":"stop"}', headers, token=False)[0], 401)
         # Not in the request line, where logs and histories would keep it.
-        self.assertEqual(s.ask("GET", f"/api/state?token={s.token}", token=False)[0], 401)
-        self.assertEqual(s.ask("GET", "/api/state")[0], 200)
+        self.assertEqual(s.send("GET", f"/api/state?token={s.token}", token=False)[0], 401)
+        self.assertEqual(s.send("GET", "/api/state")[0], 200)
 
     def test_tokens_differ_from_server_to_server(self):
         first = self.begin().token
@@ -187,16 +187,16 @@ class StudioTest(unittest.TestCase):
         two = f"GET / HTTP/1.1\r\nHost: 127.0.0.1:{s.port}\r\nHost: evil.example\r\nConnection: close\r\n\r\n"
         self.assertIn(" 403 ", self.raw(two).split("\r\n")[0])
         for origin in ("http://evil.example", "null", f"https://127.0.0.1:{s.port}", "http://127.0.0.1", "file://"):
-            self.assertEqual(s.ask("GET", "/api/state", headers={"Origin": origin})[0], 403, origin)
+            self.assertEqual(s.send("GET", "/api/state", headers={"Origin": origin})[0], 403, origin)
         for origin in (f"http://127.0.0.1:{s.port}", f"http://localhost:{s.port}"):
-            self.assertEqual(s.ask("GET", "/api/state", headers={"Origin": origin})[0], 200, origin)
-        self.assertEqual(s.ask("GET", "/api/state", headers={"Host": f"localhost:{s.port}"})[0], 200)
+            self.assertEqual(s.send("GET", "/api/state", headers={"Origin": origin})[0], 200, origin)
+        self.assertEqual(s.send("GET", "/api/state", headers={"Host": f"localhost:{s.port}"})[0], 200)
 
     def test_headers_of_every_answer_shut_the_page_in(self):
         s = self.begin()
         for path, token in (("/", False), ("/studio.js", False), ("/api/state", True), ("/api/state", False),
                             ("/none", False)):
-            _, _, headers = s.ask("GET", path, token=token)
+            _, _, headers = s.send("GET", path, token=token)
             policy = headers["Content-Security-Policy"]
             self.assertIn("default-src 'self'", policy)
             for word in ("unsafe", "http:", "https:", "*"):
@@ -205,15 +205,15 @@ class StudioTest(unittest.TestCase):
             self.assertEqual(headers["Cross-Origin-Resource-Policy"], "same-origin")
             for name in headers:
                 self.assertFalse(name.lower().startswith("access-control-"), name)
-        page = s.ask("GET", "/", token=False)[1].decode()
+        page = s.send("GET", "/", token=False)[1].decode()
         self.assertNotRegex(page, r"<script(?![^>]*\bsrc=)")  # none inline
         self.assertNotRegex(page, r"(src|href)=.?https?:")
-        self.assertIn("three", s.ask("GET", "/licences.txt", token=False)[1].decode())
+        self.assertIn("three", s.send("GET", "/licences.txt", token=False)[1].decode())
 
     def test_methods_bodies_and_headers_have_bounds(self):
         s = self.begin()
         for method in ("PUT", "DELETE", "OPTIONS", "PATCH"):
-            self.assertIn(s.ask(method, "/api/command", "{}")[0], (405, 400), method)
+            self.assertIn(s.send(method, "/api/command", "{}")[0], (405, 400), method)
         huge = f"POST /api/command HTTP/1.1\r\nHost: 127.0.0.1:{s.port}\r\nAuthorization: Bearer {s.token}\r\n" \
                f"Content-Length: {(16 << 20) + 1}\r\nConnection: close\r\n\r\n"
         self.assertIn(" 413 ", self.raw(huge + "x" * ((16 << 20) + 1), wait=30).split("\r\n")[0])
@@ -221,7 +221,7 @@ class StudioTest(unittest.TestCase):
         self.assertNotIn(" 200 ", self.raw(long))
         line = f"GET /{'y' * 100000} HTTP/1.1\r\nHost: 127.0.0.1:{s.port}\r\n\r\n"
         self.assertNotIn(" 200 ", self.raw(line))
-        self.assertEqual(s.ask("GET", "/api/state")[0], 200)
+        self.assertEqual(s.send("GET", "/api/state")[0], 200)
 
     def test_more_connections_than_sixteen_wait_and_none_stays_silent_for_ever(self):
         s = self.begin()
@@ -234,8 +234,8 @@ class StudioTest(unittest.TestCase):
             self.assertGreater(most, 16)  # the bound, and not another one, is what is found
             time.sleep(0.3)
             self.assertLessEqual(len(os.listdir(f"/proc/{s.process.pid}/task")), 16 + 4)
-            # The silent ones are closed, some at a time, and who asks is answered.
-            self.assertEqual(s.ask("GET", "/api/state", timeout=60)[0], 200)
+            # The silent ones are closed, some at a time, and requests are answered.
+            self.assertEqual(s.send("GET", "/api/state", timeout=60)[0], 200)
         finally:
             for i in idle:
                 i.close()
@@ -247,10 +247,10 @@ class StudioTest(unittest.TestCase):
         s = self.begin()
         for path in ("../secret.json", "%2e%2e/secret.json", "/etc/passwd", str(self.top / "secret.json"), "out.json",
                      "up/secret.json", "notes.txt", "", ".", "scene.json%00.csv", "..%2fsecret.json"):
-            self.assertEqual(s.ask("GET", "/api/file?path=" + path)[0], 403, path)
+            self.assertEqual(s.send("GET", "/api/file?path=" + path)[0], 403, path)
             self.assertFalse(s.do("start", scene=path)["ok"])
-        self.assertEqual(s.ask("GET", "/api/file?path=scene.json")[0], 200)
-        self.assertEqual(s.ask("GET", "/api/file?path=none.json")[0], 404)
+        self.assertEqual(s.send("GET", "/api/file?path=scene.json")[0], 200)
+        self.assertEqual(s.send("GET", "/api/file?path=none.json")[0], 404)
         for path in ("../new.json", "up/new.json", str(self.top / "new.json"), "new.txt", "scene.json", "out.json",
                      "none/new.json"):
             self.assertFalse(s.do("save_scene", path=path, scene={"schema": 1})["ok"], path)
@@ -269,7 +269,7 @@ class StudioTest(unittest.TestCase):
             self.assertFalse(answer["ok"], what)
         for body in (b"", b"{", b"[]", b"null", b"\xff\xfe", b'"run"', b"[" * 100000, b'{"id":1}', b'{"do":"run"}',
                      b'{"id":{},"do":"run"}', b'{"id":1,"do":5}', b'{"id":1,"do":"start","set":5,"scene":[]}'):
-            status, data, _ = s.ask("POST", "/api/command", body)
+            status, data, _ = s.send("POST", "/api/command", body)
             self.assertEqual(status, 200, body[:40])
             self.assertFalse(json.loads(data)["ok"], body[:40])
         # Nothing of a request becomes an option or a command of the shell.
@@ -279,7 +279,7 @@ class StudioTest(unittest.TestCase):
         s.wait("paused")
         self.assertFalse((self.folder / "pwned").exists())
 
-    def test_a_scene_is_run_changed_and_gone_on_with(self):
+    def test_a_scene_is_run_changed_and_continued(self):
         s = self.begin()
         s.start()
         self.assertTrue(s.do("step", count=21)["ok"])
@@ -383,7 +383,7 @@ class StudioTest(unittest.TestCase):
         for bad in ("..", "out", "/etc", 5, None):
             self.assertFalse(s.do("start", folder=bad)["ok"], bad)
 
-    def test_a_run_in_the_hand_tells_its_health(self):
+    def test_a_run_in_the_hand_reports_its_health(self):
         scene = json.loads(json.dumps(SCENE))
         scene["haptic"] = {"handle": "tool", "kind": "elastic", "simulation_rate": 25}
         (self.folder / "hand.json").write_text(json.dumps(scene))
@@ -408,14 +408,14 @@ class StudioTest(unittest.TestCase):
         self.assertEqual(len(health["device"]), 3)
         answer = s.do("set", path="bodies.bed.youngs_modulus", value=2e5)
         self.assertTrue(answer["pending"])
-        told = next_of("set")
-        self.assertTrue(told["ok"], told)
+        reported = next_of("set")
+        self.assertTrue(reported["ok"], reported)
         s.do("set", path="bodies.bed.poisson_ratio", value=0.7)
-        told = next_of("set")
-        self.assertFalse(told["ok"])
-        self.assertIn("0.7", told["found"])
+        reported = next_of("set")
+        self.assertFalse(reported["ok"])
+        self.assertIn("0.7", reported["found"])
         self.assertFalse(s.do("step")["ok"])
-        self.assertEqual(s.ask("GET", "/api/frame?after=0")[1][:4], b"AMF1")
+        self.assertEqual(s.send("GET", "/api/frame?after=0")[1][:4], b"AMF1")
         begun = time.monotonic()
         s.do("stop")
         self.assertLess(time.monotonic() - begun, 5)
@@ -460,7 +460,7 @@ class StudioTest(unittest.TestCase):
         s.do("step")
 
         def frame(after):
-            status, data, _ = s.ask("GET", f"/api/frame?after={after}")
+            status, data, _ = s.send("GET", f"/api/frame?after={after}")
             if status == 204:
                 return None
             self.assertEqual((status, data[:4]), (200, b"AMF1"))
@@ -481,9 +481,9 @@ class StudioTest(unittest.TestCase):
         self.assertEqual((moved["before"], moved["step"]), (whole["seq"], 30))
         self.assertNotIn("bed/triangles", [a["name"] for a in moved["arrays"]])
         for bad in ("", "-1", "x", "1e3", "9" * 30):
-            self.assertEqual(s.ask("GET", "/api/frame?after=" + bad)[0], 400, bad)
+            self.assertEqual(s.send("GET", "/api/frame?after=" + bad)[0], 400, bad)
 
-    def test_a_killed_simulation_is_told_within_a_second_and_resumed(self):
+    def test_a_killed_simulation_is_reported_within_a_second_and_resumed(self):
         s = self.begin()
         s.start()
         s.do("step", count=30)
@@ -507,7 +507,7 @@ class StudioTest(unittest.TestCase):
         s.start()
         self.assertEqual(s.do("step", count=50)["quantities"][FORCE], whole)
 
-    def test_a_scene_that_is_wrong_says_why(self):
+    def test_a_scene_that_is_wrong_is_reported_with_the_reason(self):
         wrong = json.loads(json.dumps(SCENE))
         wrong["bodies"]["bed"]["youngs_modulus"] = -1
         (self.folder / "wrong.json").write_text(json.dumps(wrong))
@@ -544,7 +544,7 @@ class StudioTest(unittest.TestCase):
         s = self.begin()
         s.start()
         s.do("step", count=50)
-        s.ask("GET", "/api/frame?after=0")
+        s.send("GET", "/api/frame?after=0")
         text = pathlib.Path(f"/proc/{s.process.pid}/status").read_text()
         self.assertLess(int(re.search(r"VmRSS:\s+(\d+)", text)[1]), 60 * 1024)
 

@@ -176,7 +176,7 @@ TEST_CASE("no order is reported where errors do not fall from each row to the fi
     CHECK(std::isfinite(order(0.8).order));
 }
 
-TEST_CASE("another program's points get errors as ours and stand in plot and tables")
+TEST_CASE("points of another program have errors as well and are in plot and tables")
 {
     Table t = made({"n=1,2,4"}, 1, [](const auto& x, PointRecord& r) {
         r.numbers = {{"q", 1 + std::pow(x[0], -2)}, {"unknowns", x[0]}};

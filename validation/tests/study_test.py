@@ -73,7 +73,7 @@ class Study(unittest.TestCase):
         self.study("--reference", "20")
         self.assertTrue(xml.parse(self.folder / "out/study.svg").getroot().tag.endswith("svg"))
 
-    def test_goes_on_where_it_was_killed(self):
+    def test_continues_where_it_was_killed(self):
         process = self.start("scene.json", "--sweep", STEPS, "--quantity", "steps", "--output", "out",
                              environment={"AMONTONS_STUB_PAUSE": "0.02"})
         while not (self.folder / "out/points").exists() or len(self.points()) < 2:
@@ -140,7 +140,7 @@ class Study(unittest.TestCase):
         self.assertEqual(answer["rows"], [])
         self.assertIn("no point is in shard 5/9", self.errors)
 
-    def test_a_limit_that_is_none_is_said_shortly(self):
+    def test_a_limit_that_is_none_is_reported_in_one_line(self):
         for limit in ("-1", "0", "soon"):
             self.study("--max-time", limit, code=2)
             self.assertIn("allowed: seconds > 0", self.errors)
@@ -162,7 +162,7 @@ class Study(unittest.TestCase):
         self.study("--restart")
         self.assertNotIn("already", self.errors)
 
-    def test_more_values_go_on_from_fewer(self):
+    def test_more_values_continue_from_fewer(self):
         self.study()
         answer = self.call("scene.json", "--sweep", STEPS + ",0.025", "--quantity", "contacts.max",
                            "--output", "out", "--json")
@@ -214,16 +214,16 @@ class Study(unittest.TestCase):
             answer = self.call(*arguments, "--output", "bad", "--json", code=2)
             self.assertFalse((self.folder / "bad").exists())
             return json.dumps(answer)
-        ask = ["scene.json", "--quantity", "steps"]
-        self.assertIn("no --sweep", refused(*ask))
+        send = ["scene.json", "--quantity", "steps"]
+        self.assertIn("no --sweep", refused(*send))
         self.assertIn("no --quantity", refused("scene.json", "--sweep", STEPS))
         self.assertIn("no scene", refused("--sweep", STEPS, "--quantity", "steps"))
-        self.assertIn("no PATH", refused(*ask, "--sweep", "time.step"))
-        self.assertIn("twice", refused(*ask, "--sweep", "time.step=1,1"))
-        self.assertIn("step", refused(*ask, "--sweep", "time.stop=1,2"))
-        self.assertIn("-1", refused(*ask, "--sweep", "time.step=0.1,-1"))
-        self.assertIn("1 <= i <= n", refused(*ask, "--sweep", STEPS, "--shard", "3/2"))
-        self.assertIn("finest", refused(*ask, "--sweep", STEPS, "--reference", "fines"))
+        self.assertIn("no PATH", refused(*send, "--sweep", "time.step"))
+        self.assertIn("twice", refused(*send, "--sweep", "time.step=1,1"))
+        self.assertIn("step", refused(*send, "--sweep", "time.stop=1,2"))
+        self.assertIn("-1", refused(*send, "--sweep", "time.step=0.1,-1"))
+        self.assertIn("1 <= i <= n", refused(*send, "--sweep", STEPS, "--shard", "3/2"))
+        self.assertIn("finest", refused(*send, "--sweep", STEPS, "--reference", "fines"))
 
     def test_two_at_once_do_not_share_a_folder(self):
         first = self.start("scene.json", "--sweep", STEPS, "--quantity", "steps", "--output", "out",

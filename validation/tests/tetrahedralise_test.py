@@ -78,9 +78,9 @@ class Tetrahedralise(unittest.TestCase):
 
     def refused(self, name, *words, **how):
         self.path("out.msh").unlink(missing_ok=True)
-        told = self.call("tetrahedralise", name, "out.msh", *words, code=2, **how).stderr
+        reported = self.call("tetrahedralise", name, "out.msh", *words, code=2, **how).stderr
         self.assertFalse(self.path("out.msh").exists())
-        return told
+        return reported
 
     def test_a_cube_keeps_its_edges_corners_and_faces(self):
         made, info = self.mesh(self.write("cube.obj", *CUBE), "--size", "0.2")
@@ -137,7 +137,7 @@ class Tetrahedralise(unittest.TestCase):
         self.assertEqual(both["elements"], one["elements"])
         self.assertEqual(one["elements"], fine["elements"])
 
-    def test_small_defects_are_repaired_and_said(self):
+    def test_small_defects_are_repaired_and_reported(self):
         points, faces = list(CUBE[0]), list(CUBE[1])
         points.append(points[6])            # a second vertex at the same place
         faces[3] = (4, 8, 7)
@@ -163,8 +163,8 @@ class Tetrahedralise(unittest.TestCase):
                                                                       for f in faces]),
                                    "--size", "0.2"))
         flat = [(x, y, 0.05 * z) for x, y, z in points]
-        told = self.refused(self.write("c.obj", flat, faces), "--size", "0.1")
-        self.assertIn("a wall of 0.05 m", told)
+        reported = self.refused(self.write("c.obj", flat, faces), "--size", "0.1")
+        self.assertIn("a wall of 0.05 m", reported)
         made, _ = self.mesh("c.obj", "--size", "0.1", "--small-features", "refine",
                             "--gradation", "1")
         self.assertIn("refined", "\n".join(made["notes"]))
@@ -179,8 +179,8 @@ class Tetrahedralise(unittest.TestCase):
                       self.call("tetrahedralise", "none.stl", "out.xyz", "--size", "1",
                                 code=2).stderr)
         # What was repaired is reported even where that is not enough.
-        told = self.refused(self.write("d.obj", points, faces[:-1] + [(0, 0, 1)]), "--size", "0.2")
-        self.assertIn("1 triangle with a vertex twice", told)
+        reported = self.refused(self.write("d.obj", points, faces[:-1] + [(0, 0, 1)]), "--size", "0.2")
+        self.assertIn("1 triangle with a vertex twice", reported)
 
     def test_elements_and_memory_are_predicted_and_limited(self):
         self.write("cube.obj", *CUBE)
@@ -191,13 +191,13 @@ class Tetrahedralise(unittest.TestCase):
         if b"__asan_init" not in pathlib.Path(PROGRAM).read_bytes():
             self.assertLess(made["peak_memory"], 1.1 * made["predicted"]["memory"])
             self.assertLess(made["predicted"]["memory"], 3 * made["peak_memory"])
-        told = self.refused("cube.obj", "--size", "0.02", "--memory", "0.1")
-        self.assertIn("memory predicted", told)
-        self.assertIn("1e+08 bytes (--memory)", told)
+        reported = self.refused("cube.obj", "--size", "0.02", "--memory", "0.1")
+        self.assertIn("memory predicted", reported)
+        self.assertIn("1e+08 bytes (--memory)", reported)
         self.assertIn("5e+07 elements",
                       self.refused("cube.obj", "--size", "0.005", "--memory", "1e6"))
 
-    def test_want_of_memory_and_refining_without_end_are_no_mistakes_of_the_program(self):
+    def test_lack_of_memory_and_refining_without_end_are_no_mistakes_of_the_program(self):
         self.write("cube.obj", *CUBE)
         for limit in range(1 << 27, 1 << 32, 1 << 24):  # until a small mesh can be made
             try:
@@ -208,15 +208,15 @@ class Tetrahedralise(unittest.TestCase):
                 pass
         else:
             self.skipTest("sanitizers take all addresses")
-        told = self.refused("cube.obj", "--size", "0.025", addresses=limit + (1 << 24))
-        self.assertIn("more memory was needed than predicted", told)
+        reported = self.refused("cube.obj", "--size", "0.025", addresses=limit + (1 << 24))
+        self.assertIn("more memory was needed than predicted", reported)
         # A surface of 20 facets all around, followed to a millionth.
         self.write("torus.obj", *torus(1, 0.4, 20, 20))
-        told = self.refused("torus.obj", "--size", "0.5", "--deviation", "1e-6")
-        self.assertIn("refines without end", told)
+        reported = self.refused("torus.obj", "--size", "0.5", "--deviation", "1e-6")
+        self.assertIn("refines without end", reported)
 
     def test_edges_are_kept_above_the_angle_and_surfaces_within_the_deviation(self):
-        n = 10  # sides that meet at 36 degrees
+        n = 10  # sides at 36 degrees to each other
         ring = [(math.cos(2 * math.pi * i / n), math.sin(2 * math.pi * i / n)) for i in range(n)]
         points = [(x, y, z) for z in (0, 1) for x, y in ring] + [(0, 0, 0), (0, 0, 1)]
         faces = []
@@ -232,9 +232,9 @@ class Tetrahedralise(unittest.TestCase):
         self.assertEqual(made["face_sets"], 1 + n + 2)
         self.assertAlmostEqual(info["volume"], volume, places=12)
         # Between corners a kept edge is followed by the size alone: that is seen, and stated.
-        told = self.refused("prism.obj", "--size", "0.4", "--deviation", "0.005")
-        self.assertIn("a vertex of the surface 0.05", told)
-        self.assertIn("--feature-angle", told)
+        reported = self.refused("prism.obj", "--size", "0.4", "--deviation", "0.005")
+        self.assertIn("a vertex of the surface 0.05", reported)
+        self.assertIn("--feature-angle", reported)
         self.write("torus.obj", *torus(1, 0.4, 96, 48))
         for deviation in (0.02, 0.004):
             made, info = self.mesh("torus.obj", "--size", "0.5", "--deviation", str(deviation))
@@ -255,7 +255,7 @@ class Tetrahedralise(unittest.TestCase):
         self.write("thin.obj", near, faces + [(a + 8, b + 8, c + 8) for a, b, c in faces])
         self.assertIn("a wall of 0.0", self.refused("thin.obj", "--size", "0.1"))
 
-    def test_a_surface_that_folds_back_is_rounded_on_request_and_that_is_said(self):
+    def test_a_surface_that_folds_back_is_rounded_on_request_and_that_is_reported(self):
         # A box with a fin like a knife, 0.1 wide at its foot and 0.6 high.
         section = [(0, 0), (1, 0), (1, 1), (0.55, 1), (0.5, 1.6), (0.45, 1), (0, 1)]
         n = len(section)
@@ -332,9 +332,9 @@ class Tetrahedralise(unittest.TestCase):
 
     def test_a_rounded_solid_is_not_sampled_beyond_the_memory(self):
         self.write("cube.obj", *CUBE)
-        told = self.refused("cube.obj", "--size", "0.2", "--repair", "1e-4", "--memory", "1")
-        self.assertIn("memory predicted", told)
-        self.assertIn("--repair", told)
+        reported = self.refused("cube.obj", "--size", "0.2", "--repair", "1e-4", "--memory", "1")
+        self.assertIn("memory predicted", reported)
+        self.assertIn("--repair", reported)
         self.assertIn("nothing is left", self.refused("cube.obj", "--size", "3", "--repair", "2"))
 
     @unittest.skipUnless("AMONTONS_VESSEL" in os.environ, "no surface of a patient's vessel")

@@ -97,12 +97,12 @@ class View(unittest.TestCase):
 
     def test_values_are_changed_between_steps(self):
         soft, _ = self.call("run", "scene.json", "--output", "soft")
-        stiff, said = self.call(
+        stiff, output = self.call(
             "run", "scene.json", "--output", "stiff", "--view",
             lines="set bodies.bed.youngs_modulus=2e5\nhello\nset bodies.bod.density=1\n"
                   "set bodies.bed.mesh.cells=[2,2,2]\n")
         for words in ["set bodies.bed.youngs_modulus=2e5", "hello", "bod", "not set"]:
-            self.assertIn(words, said)
+            self.assertIn(words, output)
         forces = {k: v for k, v in soft["quantities"].items() if k.endswith("force_z")}
         self.assertTrue(forces)
         for key, value in forces.items(): # elastic forces follow E; the other lines change nothing
@@ -110,9 +110,9 @@ class View(unittest.TestCase):
 
     def test_haptic(self):
         soft, _ = self.call("haptic", "scene.json", "--virtual-time", "--duration", "0.2")
-        stiff, said = self.call("haptic", "scene.json", "--virtual-time", "--duration", "0.2",
+        stiff, output = self.call("haptic", "scene.json", "--virtual-time", "--duration", "0.2",
                                 "--view", lines="set bodies.bed.youngs_modulus=4e5\n")
-        self.assertIn("set bodies.bed.youngs_modulus=4e5", said)
+        self.assertIn("set bodies.bed.youngs_modulus=4e5", output)
         self.assertGreaterEqual(stiff["view"]["frames"], 1)
         self.assertNotIn("view", soft)
 
@@ -123,13 +123,13 @@ class View(unittest.TestCase):
         scene["haptic"]["simulation_rate"] = 20
         (self.folder / "scene.json").write_text(json.dumps(scene))
         process = self.start("haptic", "scene.json", "--duration", "600", "--view")
-        said = []
+        output = []
         def wait_for(words):
             for line in process.stderr:
-                said.append(line)
+                output.append(line)
                 if words in line:
                     return
-            self.fail("".join(said))
+            self.fail("".join(output))
         process.stdin.write("set bodies.bed.youngs_modulus=4e5\n")
         process.stdin.flush()
         wait_for("set bodies.bed.youngs_modulus=4e5")
@@ -137,7 +137,7 @@ class View(unittest.TestCase):
         process.send_signal(signal.SIGINT)
         out = process.communicate(timeout=60)[0]
         report = json.loads(out)
-        self.assertNotIn("stale operator", "".join(said))
+        self.assertNotIn("stale operator", "".join(output))
         self.assertEqual(report["ticks_in"]["stale operator"], 0)
 
 

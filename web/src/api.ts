@@ -1,4 +1,4 @@
-// What the server is asked, with the token of the address's fragment (docs/studio.md).
+// Requests to the server, with the token of the address's fragment (docs/studio.md).
 
 const token = location.hash.slice(1);
 const headers = { Authorization: "Bearer " + token };

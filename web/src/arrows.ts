@@ -2,7 +2,7 @@
 
 import * as THREE from "three";
 import type { Instant } from "./frames";
-import type { Arrows } from "./look";
+import type { Arrows } from "./appearance";
 import { lengthText, shortNumber } from "./colours";
 
 const kMostArrows = 4096;

@@ -1,7 +1,7 @@
 // What is led by hand: sliders, their keys, and the axes of a gamepad.
 
 import { el, select } from "./dom";
-import { ask } from "./messages";
+import { request } from "./messages";
 import { shortNumber } from "./colours";
 
 export interface Input {
@@ -36,7 +36,7 @@ function sender(name: string): (value: number) => void {
     while (next !== null) {
       const now: number = next;
       next = null;
-      await ask("set", { path: name, value: now });
+      await request("set", { path: name, value: now });
       await new Promise((r) => setTimeout(r, kPause));
     }
     waiting = false;

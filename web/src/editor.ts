@@ -80,7 +80,7 @@ export function editor(
   change: (path: string, value: any, old: any) => void,
 ): HTMLElement {
   const root = el("div", { class: "fields" });
-  const wanted = filter.trim().toLowerCase();
+  const pattern = filter.trim().toLowerCase();
   const add = (parent: HTMLElement, value: any, s: Schema, path: string[]): boolean => {
     const branch = branchOf(s, value);
     let any = false;
@@ -94,11 +94,11 @@ export function editor(
       if (deep) {
         const inside = el("div", { class: "inside" });
         const title = Array.isArray(value) && (v as any).between ? (v as any).between.join(" and ") : name;
-        const open = wanted !== "" || kOpen.has(path.join(".")) || kOpen.has(name) || (path[0] === "contact" && path.length === 1);
+        const open = pattern !== "" || kOpen.has(path.join(".")) || kOpen.has(name) || (path[0] === "contact" && path.length === 1);
         if (!add(inside, v, sub, place)) continue;
         parent.append(el("details", { open }, el("summary", {}, title), inside));
         any = true;
-      } else if (!wanted || place.join(".").toLowerCase().includes(wanted)) {
+      } else if (!pattern || place.join(".").toLowerCase().includes(pattern)) {
         parent.append(field(place, v, own, sub, change));
         any = true;
       }

@@ -87,7 +87,7 @@ export class LiveReader {
     return this.start.get(name);
   }
 
-  /** @return null: a frame between was missed, ask for a whole one (after = 0). */
+  /** @return null: a frame in between was missed, request a whole one (after = 0). */
   take(bytes: ArrayBuffer): (Instant & { done: boolean }) | null {
     const { head, arrays } = readLive(bytes);
     if (head.before !== 0 && head.before !== this.seq) {

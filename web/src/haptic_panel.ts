@@ -2,7 +2,7 @@
 
 import { el, labelled, select } from "./dom";
 import { app, type Health } from "./state";
-import { ask } from "./messages";
+import { request } from "./messages";
 import { setShown, views } from "./timeline";
 import { shortNumber } from "./colours";
 
@@ -18,7 +18,7 @@ async function begin() {
   app.following = true;
   setShown(app.live);
   const name = device === "udp" ? `udp:${rest.value.trim()}` : device;
-  await ask("start", { scene: app.start.scene, set: app.start.set, device: name, virtual_time: virtual });
+  await request("start", { scene: app.start.scene, set: app.start.set, device: name, virtual_time: virtual });
 }
 
 // ---- what is shown of the loop

@@ -4,7 +4,7 @@ import * as api from "./api";
 import { el } from "./dom";
 import { valueAt } from "./editor";
 import { app, belowRoot, offline } from "./state";
-import { log, say } from "./messages";
+import { log, showMessage } from "./messages";
 import { Plot } from "./plots";
 import { openResults } from "./runs";
 import {
@@ -21,11 +21,11 @@ import {
   step,
   stop,
   takeEvent,
-  tellStatus,
+  showStatus,
   toggleRun,
 } from "./running";
 import { listTimeline, moveBy, play, plots, setShown, timeline, timeText, views } from "./timeline";
-import { lookPanel } from "./look_panel";
+import { appearancePanel } from "./appearance_panel";
 import { begin, fieldPanel, holdPanel, refreshScene } from "./scene_panel";
 import { listenForPicks, measurePanel, pickPanel } from "./picking";
 import { drives } from "./drives";
@@ -33,7 +33,7 @@ import { hapticPanel } from "./haptic_panel";
 import {
   compareChooser,
   exportButtons,
-  goOnButton,
+  continueButton,
   listFiles,
   listRuns,
   offerUnfinished,
@@ -67,7 +67,7 @@ function layOut() {
       ...(offline ? [] : [sceneChooser, open, run, pause, step, stop, resume, restart, speedChooser]),
       status,
     ),
-    lookPanel(main),
+    appearancePanel(main),
     main,
     el("div", { class: "bottom" }, ...plots.map((p: Plot) => p.element)),
     el(
@@ -96,7 +96,7 @@ function layOut() {
       timeline,
       timeText,
       el("label", {}, "shown ", runChooser),
-      ...(offline ? [] : [goOnButton]),
+      ...(offline ? [] : [continueButton]),
       el("label", {}, "compare with ", compareChooser),
       el("label", {}, differenceBox, " difference"),
       ...exportButtons(),
@@ -128,7 +128,7 @@ function refreshPlots() {
     const push = [...app.shown.columns.keys()].find((c) => /_push_force$/.test(c)) ?? "";
     plots[0].show(runs, [force, push, ...kFirstColumns], difference);
     plots[1].show(runs, ["device_from_handle", "contacts", "certificate_error"], difference);
-    tellStatus();
+    showStatus();
   }
   setTimeout(() => requestAnimationFrame(refreshPlots), app.engine === "running" ? kPlotPauseRunning : kPlotPause);
 }
@@ -149,7 +149,7 @@ async function takeOver(engine: any) {
       app.live.units = before.units;
       app.live.moments = before.moments;
       app.live.scene = before.scene;
-      say(`this simulation was there before the page: ${app.live.times.length} steps of it are in ${app.folder}`);
+      showMessage(`this simulation was there before the page: ${app.live.times.length} steps of it are in ${app.folder}`);
       app.changedRows = true;
       listTimeline();
     }
@@ -174,9 +174,9 @@ async function begun() {
     [app.schema] = await Promise.all([api.get("/api/schema"), listFiles()]);
     void api.events(state.events, takeEvent, () => {
       app.ended = true;
-      const where = app.folder ? ` The run is in ${app.folder}: "amontons studio ${app.folder}" goes on from its end.` : "";
+      const where = app.folder ? ` The run is in ${app.folder}: "amontons studio ${app.folder}" continues from its end.` : "";
       showEngine("ended");
-      say("The server has ended. What was written stays; start amontons studio again to go on." + where, true);
+      showMessage("The server has ended. What was written stays; start amontons studio again to continue." + where, true);
     });
     void pullFrames();
     if (state.engine.state !== "none") {
@@ -190,7 +190,7 @@ async function begun() {
     listRuns();
     if (state.engine.state === "none") await offerUnfinished();
   } catch (error) {
-    say(
+    showMessage(
       `${(error as Error).message}. Open the address that amontons studio has printed, with all that stands after #.`,
       true,
     );

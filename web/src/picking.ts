@@ -3,7 +3,7 @@
 import { el, labelled, select } from "./dom";
 import type { Body } from "./frames";
 import { app } from "./state";
-import { say } from "./messages";
+import { showMessage } from "./messages";
 import { setField } from "./scene_panel";
 import { views } from "./timeline";
 import {
@@ -27,7 +27,7 @@ let angle = 30; // [degree]
 let picked: { body: Body; set: any } | null = null;
 const view = () => views[0];
 
-const told = el("output", { class: "hint", "aria-label": "Picked faces" });
+const readout = el("output", { class: "hint", "aria-label": "Picked faces" });
 const setName = el("input", { type: "text", value: "picked", "aria-label": "Name of the set" });
 const rubber = el("div", { class: "rubber", hidden: true });
 
@@ -78,7 +78,7 @@ const round = (x: number) => Number(x.toPrecision(6));
 function setPicked(body: Body, triangles: number[], set: any) {
   picked = { body, set };
   view().mark(body, triangles);
-  told.textContent = `${triangles.length} triangles of ${body.name}`;
+  readout.textContent = `${triangles.length} triangles of ${body.name}`;
   makeSet.disabled = triangles.length === 0;
 }
 
@@ -86,7 +86,7 @@ function pickFace(x: number, y: number) {
   const hit = view().pick(x, y, true);
   if (!hit) return;
   const begun = atStart(hit.body);
-  if (!begun) return say(kNoStart, true);
+  if (!begun) return showMessage(kNoStart, true);
   const name = hit.body.name;
   // The middle of the triangle, well inside of the face that is meant.
   const at = meshPlace(name, centreOf(begun, hit.triangle)).map(round);
@@ -101,11 +101,11 @@ function pickFace(x: number, y: number) {
 
 function pickBox(x0: number, y0: number, x1: number, y1: number) {
   const hit = view().pick((x0 + x1) / 2, (y0 + y1) / 2, true);
-  if (!hit) return say("the middle of the box is on no solid", true);
+  if (!hit) return showMessage("the middle of the box is on no solid", true);
   const name = hit.body.name;
-  if (isTurned(name)) return say("boxes lie along the axes of the mesh, and this body starts turned: take a lasso", true);
+  if (isTurned(name)) return showMessage("boxes lie along the axes of the mesh, and this body starts turned: take a lasso", true);
   const begun = atStart(hit.body);
-  if (!begun) return say(kNoStart, true);
+  if (!begun) return showMessage(kNoStart, true);
   const box = boxOf(begun, view().project(hit.body.points), [x0, y0, x1, y1]);
   if (!box) return;
   const [from, to] = box;
@@ -116,14 +116,14 @@ function pickBox(x0: number, y0: number, x1: number, y1: number) {
 function pickLasso(polygon: Polygon) {
   const middle = polygon.reduce((a, p) => [a[0] + p[0] / polygon.length, a[1] + p[1] / polygon.length], [0, 0]);
   const hit = view().pick(middle[0], middle[1], true) ?? polygon.map((p) => view().pick(p[0], p[1], true)).find((h) => h);
-  if (!hit) return say("the lasso is around no solid", true);
+  if (!hit) return showMessage("the lasso is around no solid", true);
   const { body } = hit;
-  if (!body.faces) return say("faces of a finished run have no numbers: pick in a live one", true);
+  if (!body.faces) return showMessage("faces of a finished run have no numbers: pick in a live one", true);
   const seen = view().seenTriangles(body.name);
   const within = inPolygon(body, view().project(body.points), polygon);
   const faces = facesOf(body, within, seen);
-  const wanted = new Set(faces);
-  const triangles = Array.from({ length: body.triangles.length / 3 }, (_, t) => t).filter((t) => wanted.has(body.faces![t]));
+  const selected = new Set(faces);
+  const triangles = Array.from({ length: body.triangles.length / 3 }, (_, t) => t).filter((t) => selected.has(body.faces![t]));
   setPicked(body, triangles, { faces });
 }
 
@@ -139,7 +139,7 @@ const makeSet = el(
         view().mark(null);
         picked = null;
         makeSet.disabled = true;
-        told.textContent = "";
+        readout.textContent = "";
       }
     },
   },
@@ -159,7 +159,7 @@ function measureAt(x: number, y: number) {
   showMeasured();
 }
 
-/** Places are those of the bodies: they go with them. */
+/** Places are those of the bodies and move with them. */
 export function showMeasured() {
   const points = measured.map((p) => view().placeNow(p)).filter((p) => p !== null) as Vec[];
   view().measure = points;
@@ -317,7 +317,7 @@ export function pickPanel(): HTMLElement[] {
     ),
     labelled("Angle", angleField, el("span", { class: "unit" }, "°")),
     labelled("Name", setName),
-    el("div", { class: "hold" }, makeSet, told),
+    el("div", { class: "hold" }, makeSet, readout),
     el("p", { class: "hint" }, kHint),
   ];
 }

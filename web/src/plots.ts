@@ -42,7 +42,7 @@ export class Plot {
     return { width: Math.max(120, this.body.clientWidth), height: Math.max(70, this.body.clientHeight) };
   }
 
-  show(runs: Run[], wanted: string[], difference: boolean) {
+  show(runs: Run[], preferred: string[], difference: boolean) {
     this.runs = runs;
     this.difference = difference;
     const columns = new Set<string>();
@@ -51,7 +51,7 @@ export class Plot {
     if (names !== this.names) {
       this.names = names;
       this.chooser.replaceChildren(...[...columns].map((c) => el("option", { value: c }, c.replaceAll("_", " "))));
-      if (!columns.has(this.column)) this.column = wanted.find((w) => columns.has(w)) ?? [...columns][0] ?? "";
+      if (!columns.has(this.column)) this.column = preferred.find((w) => columns.has(w)) ?? [...columns][0] ?? "";
       this.chooser.value = this.column;
     }
     this.redraw(false);
@@ -121,16 +121,16 @@ export class Plot {
     } else {
       this.plot.setData(this.data());
     }
-    this.tellValue();
+    this.showValue();
   }
 
   setTime(time: number) {
     this.time = time;
     if (this.plot) this.placeCursor(this.plot);
-    this.tellValue();
+    this.showValue();
   }
 
-  private tellValue() {
+  private showValue() {
     const v = this.runs.map((r) => r.valueAt(this.column, this.time));
     const parts = v.map((x, i) => (this.runs.length > 1 ? this.runs[i].name + " " : "") + (Number.isFinite(x) ? shortNumber(x) : "–"));
     if (this.runs.length === 2 && v.every(Number.isFinite)) parts.push("difference " + shortNumber(v[0] - v[1]));

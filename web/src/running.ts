@@ -3,21 +3,21 @@
 import * as api from "./api";
 import { el, select } from "./dom";
 import { app, belowRoot, offline, type Health } from "./state";
-import { ask, say } from "./messages";
+import { request, showMessage } from "./messages";
 import { Run } from "./runs";
 import { listTimeline, setShown, showMoment, views } from "./timeline";
-import { changeTold, listDrives, refreshScene } from "./scene_panel";
+import { showChange, listDrives, refreshScene } from "./scene_panel";
 import { addHealth, showHealth } from "./haptic_panel";
 import { listFiles, listRuns } from "./runs_panel";
 import { shortNumber } from "./colours";
 
 export const status = el("span", { class: "status", role: "status", "aria-live": "off" });
 export const run = el("button", { onclick: () => void runOn() }, "Run");
-export const pause = el("button", { onclick: () => void ask("pause") }, "Pause");
-export const step = el("button", { onclick: () => void ask("step", { count: 1 }) }, "Step");
-export const stop = el("button", { onclick: () => void ask("stop") }, "Stop");
+export const pause = el("button", { onclick: () => void request("pause") }, "Pause");
+export const step = el("button", { onclick: () => void request("step", { count: 1 }) }, "Step");
+export const stop = el("button", { onclick: () => void request("stop") }, "Stop");
 export const restart = el("button", { onclick: () => void toBeginning() }, "To the beginning");
-export const resume = el("button", { onclick: () => void goOn() }, "Resume");
+export const resume = el("button", { onclick: () => void resumeRun() }, "Resume");
 let speed = "";
 export const speedChooser = select(
   "Speed",
@@ -30,7 +30,7 @@ export const speedChooser = select(
   "",
   (v) => {
     speed = v;
-    if (app.engine === "running") void ask("run", speedField());
+    if (app.engine === "running") void request("run", speedField());
   },
 );
 const speedField = () => (speed ? { speed: Number(speed) } : {});
@@ -38,27 +38,27 @@ const speedField = () => (speed ? { speed: Number(speed) } : {});
 async function runOn() {
   app.following = true;
   setShown(app.live);
-  await ask("run", speedField());
+  await request("run", speedField());
 }
 
 export async function toggleRun() {
   if (app.device) return;
-  if (app.engine === "running") await ask("pause");
+  if (app.engine === "running") await request("pause");
   else await runOn();
 }
 
 /** After a pause it runs on; after its end it is started again from what was kept. */
-async function goOn() {
+async function resumeRun() {
   if (app.engine === "paused") return runOn();
   app.following = true;
   setShown(app.live);
-  await ask("resume");
+  await request("resume");
 }
 
 async function toBeginning() {
   app.following = true;
   setShown(app.live);
-  await ask("reset");
+  await request("reset");
 }
 
 export function showEngine(state: typeof app.engine, reason = "", canResume = false, savedTime: number | null = null) {
@@ -75,15 +75,15 @@ export function showEngine(state: typeof app.engine, reason = "", canResume = fa
     const again = app.device
       ? " Resume starts it again."
       : savedTime !== null
-        ? ` Resume goes on from t = ${shortNumber(savedTime)} s.`
+        ? ` Resume continues from t = ${shortNumber(savedTime)} s.`
         : "";
-    say(reason + "." + again + where, true);
-  } else if (state === "stopped" && reason) say(reason);
+    showMessage(reason + "." + again + where, true);
+  } else if (state === "stopped" && reason) showMessage(reason);
   for (const v of views) v.hurried = state === "running";
-  tellStatus();
+  showStatus();
 }
 
-export function tellStatus() {
+export function showStatus() {
   const t = app.live.times.at(-1);
   const error = app.live.columns.get("certificate_error")?.at(-1);
   const parts: string[] = [app.engine === "none" ? "no simulation" : app.engine];
@@ -142,7 +142,7 @@ function takeStep(event: any) {
   if (moved) ++counts.steps;
   if (moved && event.step && event.time > (app.live.times.at(-1) ?? -Infinity))
     app.live.addRow(flatten(event), { ...kUnits, ...(event.units ?? {}) });
-  for (const w of event.warnings ?? []) say("warning: " + w);
+  for (const w of event.warnings ?? []) showMessage("warning: " + w);
   if (!moved) void refreshScene();
   app.changedRows = true;
 }
@@ -153,8 +153,8 @@ export function takeEvent(event: any) {
       takeStep(event);
       break;
     case "paused":
-      if (event.status === "failed") say("the step failed: " + api.issueText(event.issues), true);
-      else if (event.status === "done") say(`the end of the scene is reached: t = ${shortNumber(event.time)} s`);
+      if (event.status === "failed") showMessage("the step failed: " + api.issueText(event.issues), true);
+      else if (event.status === "done") showMessage(`the end of the scene is reached: t = ${shortNumber(event.time)} s`);
       break;
     case "engine":
       app.device = event.device ?? "";
@@ -172,26 +172,26 @@ export function takeEvent(event: any) {
       break;
     case "results":
       app.folder = belowRoot(event.folder);
-      if (app.folder) say(`results are written to ${app.folder}`);
+      if (app.folder) showMessage(`results are written to ${app.folder}`);
       void listFiles();
       break;
     case "haptic":
       addHealth(event as Health);
       break;
     case "set":
-      changeTold(event);
+      showChange(event);
       break;
     case "report":
-      say(event.text);
+      showMessage(event.text);
       break;
     case "refused":
-      say(api.issueText(event.issues), true);
+      showMessage(api.issueText(event.issues), true);
       break;
     case "log":
-      say(event.text);
+      showMessage(event.text);
       break;
     case "lost":
-      say(`the page was too slow for ${event.lines} events`, true);
+      showMessage(`the page was too slow for ${event.lines} events`, true);
       break;
   }
 }
@@ -202,7 +202,7 @@ export function setLastState(state: string) {
 
 // ---- frames
 
-export const pace = { least: 30 }; // between two frames [ms]: at most 25 a second, which is what eyes ask for
+export const pace = { least: 30 }; // between two frames [ms]: at most 25 a second, more is not visible
 let drawnAt = 0;
 export const counts = { steps: 0, instants: 0, unpacking: 0 }; // [ms]
 
@@ -228,7 +228,7 @@ export async function pullFrames() {
         await new Promise((r) => setTimeout(r, 100));
         continue;
       }
-      const asked = performance.now();
+      const requested = performance.now();
       const bytes = await api.frame(app.frames.seq);
       const newest = () => app.live.moments.length - 1;
       if (!bytes) {
@@ -243,7 +243,7 @@ export async function pullFrames() {
       app.live.addInstant(instant);
       if (app.shown === app.live && app.following) drawSoon(newest);
       else if (app.shown === app.live) listTimeline();
-      await new Promise((r) => setTimeout(r, Math.max(1, pace.least - (performance.now() - asked))));
+      await new Promise((r) => setTimeout(r, Math.max(1, pace.least - (performance.now() - requested))));
     } catch {
       if (app.ended) return;
       await new Promise((r) => setTimeout(r, 500));

@@ -3,13 +3,13 @@
 import * as api from "./api";
 import { el, save } from "./dom";
 import { app, offline } from "./state";
-import { ask, say } from "./messages";
+import { request, showMessage } from "./messages";
 import { openResults, type Run } from "./runs";
 import { arrangeViews, plots, second, setShown, showMoment, views } from "./timeline";
 import { dataOf, exportPage } from "./export";
 import { film } from "./film";
 import { main, sceneChooser } from "./main";
-import { forgetBodies } from "./look_panel";
+import { clearBodies } from "./appearance_panel";
 import { shortNumber } from "./colours";
 
 const keyOf = (r: Run) => (r === app.live ? "live" : app.kept.includes(r) ? "kept:" + r.name : "folder:" + r.folder);
@@ -41,7 +41,7 @@ export function listRuns() {
 
 export function runChosen() {
   runChooser.value = keyOf(app.shown);
-  goOnButton.hidden = !canGoOn(app.shown);
+  continueButton.hidden = !canContinue(app.shown);
 }
 
 async function runOf(key: string): Promise<Run | null> {
@@ -62,7 +62,7 @@ async function choose(key: string, take: (r: Run) => void) {
     if (r) take(r);
     else compareWith(null);
   } catch (error) {
-    say(String((error as Error).message), true);
+    showMessage(String((error as Error).message), true);
     listRuns();
   }
 }
@@ -86,20 +86,20 @@ export async function listFiles() {
 
 // ---- a run that was cut off
 
-const canGoOn = (r: Run) => r.folder !== "" && r.resumable && "folder:" + r.folder !== "folder:" + app.folder;
-export const goOnButton = el(
+const canContinue = (r: Run) => r.folder !== "" && r.resumable && "folder:" + r.folder !== "folder:" + app.folder;
+export const continueButton = el(
   "button",
-  { hidden: true, onclick: () => void goOnWith(app.shown.folder) },
-  "Go on from its end",
+  { hidden: true, onclick: () => void continueRun(app.shown.folder) },
+  "Continue from its end",
 );
 
-export async function goOnWith(folder: string) {
-  forgetBodies();
-  const answer = await ask("start", { folder });
+export async function continueRun(folder: string) {
+  clearBodies();
+  const answer = await request("start", { folder });
   if (!answer.ok) return;
   app.following = true;
   setShown(app.live);
-  say(`${folder} is gone on with`);
+  showMessage(`${folder} is continued`);
 }
 
 /** After a server or a simulation that was killed: the last live run, where it has not reached its end. */
@@ -108,8 +108,8 @@ export async function offerUnfinished() {
   const r = last ? await runOf("folder:" + last).catch(() => null) : null;
   if (!last || !r?.resumable) return;
   const how = r.status === "running" ? "was cut off" : "has not reached its end";
-  const on = el("button", { onclick: () => void goOnWith(last) }, "Go on with it");
-  say(`${last} ${how}; what was written is there, up to t = ${shortNumber(r.times.at(-1) ?? 0)} s. `, false, on);
+  const on = el("button", { onclick: () => void continueRun(last) }, "Continue it");
+  showMessage(`${last} ${how}; what was written is there, up to t = ${shortNumber(r.times.at(-1) ?? 0)} s. `, false, on);
 }
 
 // ---- what leaves the page
@@ -132,8 +132,8 @@ const kMostPictures = 500;
 async function exportFilm(name: string) {
   const { shown } = app;
   const count = Math.min(kMostPictures, shown.moments.length);
-  if (count < 2) return say("a film needs two instants at least", true);
-  say(`the film is being drawn: ${count} pictures`);
+  if (count < 2) return showMessage("a film needs two instants at least", true);
+  showMessage(`the film is being drawn: ${count} pictures`);
   app.following = false;
   const begin = shown.moments[0].time;
   const span = shown.moments[shown.moments.length - 1].time - begin;
@@ -143,7 +143,7 @@ async function exportFilm(name: string) {
     return pictureOf();
   });
   save(name + ".webm", blob);
-  say(`${name}.webm: ${span.toPrecision(3)} s of the run in ${(count / kFilmRate).toPrecision(3)} s`);
+  showMessage(`${name}.webm: ${span.toPrecision(3)} s of the run in ${(count / kFilmRate).toPrecision(3)} s`);
 }
 
 async function exportAs(what: string) {
@@ -154,11 +154,11 @@ async function exportAs(what: string) {
     if (what === "csv") save(name + ".csv", new Blob([app.shown.csv()], { type: "text/csv" }));
     if (what === "film") await exportFilm(name);
     if (what === "html") {
-      say("the page is being written");
+      showMessage("the page is being written");
       save(name + ".html", await exportPage(await dataOf(app.shown)));
     }
   } catch (error) {
-    say(String((error as Error).message), true);
+    showMessage(String((error as Error).message), true);
   }
 }
 

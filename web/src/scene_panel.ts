@@ -4,9 +4,9 @@ import * as api from "./api";
 import { el, select } from "./dom";
 import { editor } from "./editor";
 import { app } from "./state";
-import { ask, say } from "./messages";
+import { request, showMessage } from "./messages";
 import { setShown, views } from "./timeline";
-import { forgetBodies } from "./look_panel";
+import { clearBodies } from "./appearance_panel";
 import { leadInputs } from "./drives";
 import { offerHand } from "./haptic_panel";
 import { shortNumber } from "./colours";
@@ -73,9 +73,9 @@ export async function setField(path: string, value: any, old: any, undoing = fal
     if (!undoing) undoList.push({ path, old });
     undo.disabled = undoList.length === 0;
     const text = `${path} is ${JSON.stringify(value)}`;
-    if (answer.pending) say(`${text} as soon as it is made ready: until then the hand feels the scene as it was`);
-    else if (!answer.step) say(`${text} from the beginning on`);
-    else say(`${text} from step ${answer.step.number + 1} on, after t = ${shortNumber(answer.time)} s`);
+    if (answer.pending) showMessage(`${text} as soon as it is made ready: until then the hand feels the scene as it was`);
+    else if (!answer.step) showMessage(`${text} from the beginning on`);
+    else showMessage(`${text} from step ${answer.step.number + 1} on, after t = ${shortNumber(answer.time)} s`);
     return true;
   }
   // Bodies of another make cannot continue from the state of these: that needs a new start.
@@ -87,23 +87,23 @@ export async function setField(path: string, value: any, old: any, undoing = fal
       undo.disabled = false;
     };
     if ((app.live.times.at(-1) ?? 0) === 0) {
-      say(`${path} is changed: started again with it`);
+      showMessage(`${path} is changed: started again with it`);
       await again();
       return true;
     }
-    say(`${path} needs a new start. `, false, el("button", { onclick: () => void again() }, "Start again with it"));
+    showMessage(`${path} needs a new start. `, false, el("button", { onclick: () => void again() }, "Start again with it"));
     listFields();
     return false;
   }
-  say(`${path}: ${api.issueText(answer.issues)}`, true);
+  showMessage(`${path}: ${api.issueText(answer.issues)}`, true);
   listFields();
   return false;
 }
 
-/** What a haptic run has made of a change that was asked for. */
-export function changeTold(event: { line: string; ok: boolean; time: number; found: string }) {
-  if (event.ok) say(`${event.line}: in the hand from t = ${shortNumber(event.time)} s on`);
-  else say(`${event.line}: not changed: ${event.found}`, true);
+/** The result of a requested change of a haptic run. */
+export function showChange(event: { line: string; ok: boolean; time: number; found: string }) {
+  if (event.ok) showMessage(`${event.line}: in the hand from t = ${shortNumber(event.time)} s on`);
+  else showMessage(`${event.line}: not changed: ${event.found}`, true);
   void refreshScene();
 }
 
@@ -128,10 +128,10 @@ export async function begin(path: string, set: string[] = []) {
   app.start = { scene: path, set };
   undoList = [];
   undo.disabled = true;
-  forgetBodies();
+  clearBodies();
   app.following = true;
   setShown(app.live);
-  await ask("start", { scene: path, set });
+  await request("start", { scene: path, set });
 }
 
 // ---- holds and sets
@@ -213,8 +213,8 @@ const saveName = el("input", { type: "text", "aria-label": "File of the scene", 
 async function saveScene() {
   const scene = app.start.scene;
   const folder = scene.includes("/") ? scene.slice(0, scene.lastIndexOf("/") + 1) : "";
-  const answer = await ask("save_scene", { path: folder + saveName.value, scene: app.scene });
-  if (answer.ok) say("written: " + answer.path);
+  const answer = await request("save_scene", { path: folder + saveName.value, scene: app.scene });
+  if (answer.ok) showMessage("written: " + answer.path);
 }
 
 export function fieldPanel(): HTMLElement[] {

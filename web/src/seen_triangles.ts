@@ -4,7 +4,7 @@ import * as THREE from "three";
 
 export interface Part {
   geometry: THREE.BufferGeometry;
-  counted: boolean; // its triangles are asked for; others only hide them
+  counted: boolean; // its triangles are requested; others only hide them
   clippingPlanes: THREE.Plane[] | null;
 }
 

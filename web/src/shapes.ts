@@ -38,7 +38,7 @@ export function sharpEdges(points: Float32Array, triangles: Uint32Array): number
 }
 
 export const kSides = 12; // of a wire's tube
-// The polygon has the area of the circle: X-rays go as far through it.
+// The polygon has the area of the circle: X-rays have the same path through it.
 const kRounder = Math.sqrt((2 * Math.PI) / (kSides * Math.sin((2 * Math.PI) / kSides)));
 
 /** Triangles with the outside where their corners run against the clock; an open surface stays as it is nearly. */

@@ -4,7 +4,7 @@ import type { EngineState } from "./api";
 import { exported } from "./export";
 import { LiveReader, type Instant } from "./frames";
 import { Run } from "./runs";
-import type { Look } from "./look";
+import type { Appearance } from "./appearance";
 
 export interface Health {
   time: number;
@@ -28,7 +28,7 @@ export interface Health {
   handle: number[]; // [m]
 }
 
-export const newLook = (): Look => ({
+export const newAppearance = (): Appearance => ({
   mode: "normal",
   bodies: new Map(),
   field: "",
@@ -62,7 +62,7 @@ export const app = {
 };
 app.shown = app.live;
 
-/** Below the root, as the server's interface wants it. */
+/** Below the root, in the form of the server's interface. */
 export function belowRoot(path: string): string {
   return path.startsWith(app.root + "/") ? path.slice(app.root.length + 1) : path;
 }

@@ -1,19 +1,19 @@
 // The timeline, and the views that show an instant of it.
 
 import { el } from "./dom";
-import { app, newLook } from "./state";
-import { say } from "./messages";
-import { tellStatus } from "./running";
-import { listBodies } from "./look_panel";
+import { app, newAppearance } from "./state";
+import { showMessage } from "./messages";
+import { showStatus } from "./running";
+import { listBodies } from "./appearance_panel";
 import { showMeasured } from "./picking";
 import { runChosen } from "./runs_panel";
 import { Plot } from "./plots";
 import { View } from "./view";
 import { shortNumber } from "./colours";
 
-export const look = newLook();
-export const secondLook = newLook();
-export const views = [new View("View of the scene", look), new View("View of the run compared with", look)];
+export const appearance = newAppearance();
+export const secondAppearance = newAppearance();
+export const views = [new View("View of the scene", appearance), new View("View of the run compared with", appearance)];
 export const viewNames = views.map((v) => {
   const name = el("div", { class: "name" });
   v.element.append(name);
@@ -52,7 +52,7 @@ export async function showMoment(index: number) {
   if (index < 0 || index >= shown.moments.length) return;
   const mine = ++loading;
   const instant =
-    shown.moments[index].instant ?? (await shown.load(index).catch((e) => (say(String(e.message), true), null)));
+    shown.moments[index].instant ?? (await shown.load(index).catch((e) => (showMessage(String(e.message), true), null)));
   if (mine !== loading || shown !== app.shown || !instant) return;
   app.cursor = index;
   app.instant = instant;
@@ -62,7 +62,7 @@ export async function showMoment(index: number) {
   timeline.setAttribute("aria-valuetext", timeText.textContent);
   listTimeline();
   for (const p of plots) p.setTime(instant.time);
-  tellStatus();
+  showStatus();
   showMeasured();
   if (!second()) return;
   const there = app.other ? app.other.nearest(instant.time) : index;
@@ -139,7 +139,7 @@ for (const [a, b] of [
 /** After the second view was opened or closed. */
 export function arrangeViews(into: HTMLElement) {
   const both = second();
-  views[1].look = app.other ? look : secondLook;
+  views[1].appearance = app.other ? appearance : secondAppearance;
   views[0].partner = app.other ? views[1] : null;
   views[1].partner = app.other ? views[0] : null;
   views[1].canvas.setAttribute(

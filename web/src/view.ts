@@ -3,7 +3,7 @@
 import * as THREE from "three";
 import { OrbitControls } from "three/examples/jsm/controls/OrbitControls.js";
 import type { Body, Field, Instant } from "./frames";
-import type { BodyLook, Look, Mode } from "./look";
+import type { BodyAppearance, Appearance, Mode } from "./appearance";
 import { ArrowMeshes, arrowsOf, arrowWords } from "./arrows";
 import { seenTriangles } from "./seen_triangles";
 import { XrayFilm } from "./xray_film";
@@ -100,7 +100,7 @@ export class View {
 
   constructor(
     label: string,
-    public look: Look,
+    public appearance: Appearance,
   ) {
     this.element.className = "view";
     this.canvas.tabIndex = 0;
@@ -141,7 +141,7 @@ export class View {
     this.draw();
   }
 
-  /** After a change of the look. */
+  /** After a change of the appearance. */
   restyle() {
     this.update();
     this.draw();
@@ -150,7 +150,7 @@ export class View {
   fit() {
     const box = this.box.makeEmpty();
     for (const b of this.instant?.bodies ?? [])
-      if (this.lookOf(b.name).shown)
+      if (this.appearanceOf(b.name).shown)
         for (let i = 0; i < b.points.length; i += 3)
           box.expandByPoint(new THREE.Vector3(b.points[i], b.points[i + 1], b.points[i + 2]));
     if (box.isEmpty()) return;
@@ -197,10 +197,10 @@ export class View {
   }
 
   turn(preset: string) {
-    this.lookFrom(new THREE.Vector3(...kPresets[preset]).normalize());
+    this.viewFrom(new THREE.Vector3(...kPresets[preset]).normalize());
   }
 
-  private lookFrom(way: THREE.Vector3) {
+  private viewFrom(way: THREE.Vector3) {
     this.camera.up.set(0, 0, 1);
     if (Math.abs(way.z) > 0.99) this.camera.up.set(0, 1, 0);
     this.camera.position.copy(this.controls.target).addScaledVector(way, 2 * this.size);
@@ -240,19 +240,19 @@ export class View {
   turnTo(around: number, tilt: number) {
     const a = (around * Math.PI) / 180;
     const b = (tilt * Math.PI) / 180;
-    this.lookFrom(new THREE.Vector3(Math.sin(a) * Math.cos(b), -Math.cos(a) * Math.cos(b), Math.sin(b)));
+    this.viewFrom(new THREE.Vector3(Math.sin(a) * Math.cos(b), -Math.cos(a) * Math.cos(b), Math.sin(b)));
   }
 
   set interactive(on: boolean) {
     this.controls.enabled = on;
   }
 
-  private lookOf(name: string): BodyLook {
-    return this.look.bodies.get(name) ?? { shown: true, mode: "" };
+  private appearanceOf(name: string): BodyAppearance {
+    return this.appearance.bodies.get(name) ?? { shown: true, mode: "" };
   }
 
   private modeOf(name: string): Mode {
-    return this.look.mode === "xray" ? "xray" : this.lookOf(name).mode || this.look.mode;
+    return this.appearance.mode === "xray" ? "xray" : this.appearanceOf(name).mode || this.appearance.mode;
   }
 
   private update() {
@@ -287,21 +287,21 @@ export class View {
   }
 
   private isCut(): boolean {
-    return this.look.cut.axis !== "" && this.look.mode !== "xray";
+    return this.appearance.cut.axis !== "" && this.appearance.mode !== "xray";
   }
 
   private cutAxis(): THREE.Vector3 {
-    return new THREE.Vector3().setComponent(Math.max(0, "xyz".indexOf(this.look.cut.axis || "x")), 1);
+    return new THREE.Vector3().setComponent(Math.max(0, "xyz".indexOf(this.appearance.cut.axis || "x")), 1);
   }
 
   private updateCut(now: Instant) {
-    const { cut } = this.look;
+    const { cut } = this.appearance;
     if (!this.isCut()) return;
     const k = "xyz".indexOf(cut.axis);
     let low = Infinity;
     let high = -Infinity;
     for (const b of now.bodies) {
-      if (!this.lookOf(b.name).shown) continue;
+      if (!this.appearanceOf(b.name).shown) continue;
       for (let i = k; i < b.points.length; i += 3) {
         low = Math.min(low, b.points[i]);
         high = Math.max(high, b.points[i]);
@@ -314,7 +314,7 @@ export class View {
   }
 
   private fieldOf(b: Body): Field | undefined {
-    return this.look.field ? b.fields.find((f) => f.name === this.look.field) : undefined;
+    return this.appearance.field ? b.fields.find((f) => f.name === this.appearance.field) : undefined;
   }
 
   private fieldRange(now: Instant): [number, number] | null {
@@ -322,7 +322,7 @@ export class View {
     let high = -Infinity;
     let unit = "";
     for (const b of [...now.bodies, ...(this.partner?.instant?.bodies ?? [])]) {
-      const field = this.lookOf(b.name).shown ? this.fieldOf(b) : undefined;
+      const field = this.appearanceOf(b.name).shown ? this.fieldOf(b) : undefined;
       if (!field) continue;
       unit = field.unit;
       for (const v of field.values) {
@@ -332,10 +332,10 @@ export class View {
     }
     if (!(low <= high)) return null;
     if (low > 0 && low < 0.5 * high) low = 0; // sizes begin at nothing
-    let range: [number, number] = this.look.range ?? [low, high];
+    let range: [number, number] = this.appearance.range ?? [low, high];
     // A spread that is all round-off has no colours.
     const flat = !(range[1] - range[0] > 1e-6 * Math.max(Math.abs(range[0]), Math.abs(range[1])));
-    this.bar = { name: this.look.field, unit, range };
+    this.bar = { name: this.appearance.field, unit, range };
     return flat ? null : range;
   }
 
@@ -365,7 +365,7 @@ export class View {
   private updateBody(b: Body, index: number, range: [number, number] | null) {
     let points = b.points;
     let triangles = b.triangles;
-    const xray = this.look.mode === "xray"; // where a wire is as thick as it is
+    const xray = this.appearance.mode === "xray"; // where a wire is as thick as it is
     if (b.kind === "wire") ({ points, triangles } = tube(b.points, b.radius, xray ? 0 : 0.002 * this.size));
     let d = this.drawn.get(b.name);
     const same = d && d.triangles.length === triangles.length && d.geometry.attributes.position.count === points.length / 3;
@@ -433,7 +433,7 @@ export class View {
       (d.edges.material as THREE.Material).needsUpdate = true;
     }
     if (d.mesh.parent !== parent) parent.add(d.mesh);
-    d.mesh.visible = this.lookOf(b.name).shown;
+    d.mesh.visible = this.appearanceOf(b.name).shown;
     d.edges.visible = d.mesh.visible && mode !== "xray" && mode !== "wire";
     const full = (b.kind === "solid" || b.kind === "rigid") && mode === "normal" && d.mesh.visible;
     if (clippingPlanes && full) this.cutFaces.show(b.name, d.geometry, this.size, plain);
@@ -455,17 +455,17 @@ export class View {
   }
 
   private updateArrows(now: Instant) {
-    const { arrows } = this.look;
+    const { arrows } = this.appearance;
     const own = arrowsOf(now, arrows).filter((a) => this.isLeft(a.at));
     const all = this.partner?.instant ? [own, arrowsOf(this.partner.instant, arrows)] : [own];
     let largest = 0;
     for (const list of all) for (const a of list) largest = Math.max(largest, a.size);
-    this.longest = arrows.shown && this.look.mode !== "xray" ? largest : 0;
+    this.longest = arrows.shown && this.appearance.mode !== "xray" ? largest : 0;
     this.arrows.show(this.longest > 0 ? own : [], 0.16 * this.size, largest);
     this.arrowText = this.longest > 0 ? arrowWords(now, arrows, this.longest) : [];
   }
 
-  /** When what was asked for is on the screen. */
+  /** When the requested frame is on the screen. */
   afterDrawing(): Promise<void> {
     if (!this.waiting) return Promise.resolve();
     return new Promise((done) => this.waitingForDrawing.push(done));
@@ -506,7 +506,7 @@ export class View {
     this.light.position.add(new THREE.Vector3(0.3, 0.2, 0.6));
     this.renderer.setRenderTarget(null);
     this.renderer.clear();
-    if (this.look.mode === "xray")
+    if (this.appearance.mode === "xray")
       this.film.draw(this.renderer, this.camera, this.attenuation, this.tissue ? kTissue / (0.35 * this.size) : 0);
     else this.renderer.render(this.scene, this.camera);
     this.drawOverlay(width, height, ratio);
@@ -530,7 +530,7 @@ export class View {
     }
     g.textAlign = "left";
     let y = 20;
-    const xray = this.look.mode === "xray";
+    const xray = this.appearance.mode === "xray";
     if (this.bar && !xray) y = drawBar(g, y, width, this.bar);
     if (xray) {
       g.fillText(`X-ray: wires ${shortNumber(this.attenuation)} 1/m`, 12, y);
@@ -544,7 +544,7 @@ export class View {
     }
     const cut = this.cutPlace();
     g.fillStyle = kInk;
-    if (cut !== null) label(g, `cut at ${this.look.cut.axis} = ${shortNumber(cut)} m`, 12, y);
+    if (cut !== null) label(g, `cut at ${this.appearance.cut.axis} = ${shortNumber(cut)} m`, 12, y);
     const onScreen = (p: readonly number[]) => {
       const [x, v] = this.project(Float32Array.from(p));
       return [x, v] as [number, number];
@@ -555,7 +555,7 @@ export class View {
     if (this.cross && document.activeElement === this.canvas) drawCross(g, this.cross);
   }
 
-  /** What is below a place of the canvas [pixels]. @param solid  solids alone count; the others let through */
+  /** What is below a place of the canvas [pixels]. @param solid  solids alone count; the others are transparent to the ray */
   pick(x: number, y: number, solid: boolean): ({ body: Body; point: [number, number, number] } & Place) | null {
     for (const d of this.drawn.values()) d.mesh.geometry = d.geometry;
     const ray = new THREE.Raycaster();

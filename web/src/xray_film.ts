@@ -24,7 +24,7 @@ function pathMaterial(): THREE.ShaderMaterial {
 }
 
 export class XrayFilm {
-  readonly scene = new THREE.Scene(); // bodies that rays go through, in one of the materials:
+  readonly scene = new THREE.Scene(); // bodies that rays pass through, in one of the materials:
   readonly tissue = pathMaterial();
   readonly wires = pathMaterial();
   private target: THREE.WebGLRenderTarget | null = null;

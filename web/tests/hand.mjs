@@ -10,7 +10,7 @@ const context = await newContext(browser);
 let page;
 const here = () => page;
 
-await test("a run in the hand tells how its loop fares, and is changed while it is felt", async () => {
+await test("a run in the hand reports the state of its loop, and is changed while it runs", async () => {
   const server = await serve("haptic_bed/scene.json");
   page = await open(context, server.address);
   await status(page, "paused");
@@ -19,15 +19,15 @@ await test("a run in the hand tells how its loop fares, and is changed while it 
   await button(page, "Start in the hand").click();
   await status(page, "running", 60);
   await page.waitForFunction(() => studio.health && Math.hypot(...studio.health.force) > 0.05, null, { timeout: 120000 });
-  const told = async (name) => page.getByLabel(name, { exact: true }).textContent();
-  assert.match(await told("Rate"), /^\d+ of 1000 Hz$/);
-  assert.match(await told("Missed ticks"), /^0 of \d+, by its own work \d+$/);
-  assert.match(await told("p99 of a tick"), /^\d+ µs$/);
-  assert.match(await told("Energy given to the hand"), /mJ$/);
-  assert.match(await told("State"), /^\w/);
-  assert.match(await told("Force in the hand"), /^[\d.e-]+ N \(/);
-  assert.match(await told("Device from handle"), /^[\d.e-]+ mm$/);
-  assert.match(await told("Simulation's rate"), /^\d+ of 25 steps a second$/);
+  const readout = async (name) => page.getByLabel(name, { exact: true }).textContent();
+  assert.match(await readout("Rate"), /^\d+ of 1000 Hz$/);
+  assert.match(await readout("Missed ticks"), /^0 of \d+, by its own work \d+$/);
+  assert.match(await readout("p99 of a tick"), /^\d+ µs$/);
+  assert.match(await readout("Energy given to the hand"), /mJ$/);
+  assert.match(await readout("State"), /^\w/);
+  assert.match(await readout("Force in the hand"), /^[\d.e-]+ N \(/);
+  assert.match(await readout("Device from handle"), /^[\d.e-]+ mm$/);
+  assert.match(await readout("Simulation's rate"), /^\d+ of 25 steps a second$/);
   // The spring between device and handle carries the force: 800 N/m.
   const h = await page.evaluate(() => studio.health);
   assert.equal(h.rate_aim, 1000);
@@ -45,7 +45,7 @@ await test("a run in the hand tells how its loop fares, and is changed while it 
   assert.deepEqual(page.problems, []);
 }, here);
 
-await test("a gamepad leads what its sticks are given", async () => {
+await test("a gamepad moves the inputs that its sticks are assigned to", async () => {
   const server = await serve("padded/scene.json");
   page = await open(context, server.address);
   await status(page, "paused");
@@ -58,7 +58,7 @@ await test("a gamepad leads what its sticks are given", async () => {
   await page.getByRole("combobox", { name: "Gamepad, left stick, up" }).selectOption({ label: "wire.insertion" });
   await page.waitForFunction((x) => Number(document.querySelector('[aria-label="wire.insertion"]').value) > x + 0.01, begin);
   await page.evaluate(() => {
-    navigator.getGamepads = () => [{ connected: true, axes: [0.05, 0.05], buttons: [] }]; // let go
+    navigator.getGamepads = () => [{ connected: true, axes: [0.05, 0.05], buttons: [] }]; // released
   });
   await page.waitForTimeout(200);
   const end = Number(await slider.inputValue());

@@ -1,4 +1,4 @@
-// What the tests of the page share: a server in a folder of its own, a browser, and what is asked of them.
+// What the tests of the page share: a server in a folder of its own, a browser, and their requests.
 
 import { execFileSync, spawn } from "node:child_process";
 import { cpSync, existsSync, mkdirSync, mkdtempSync, readFileSync, rmSync } from "node:fs";
@@ -149,9 +149,9 @@ export async function shoot(page) {
 }
 
 let failed = 0;
-const wanted = process.argv[4] ? new RegExp(process.argv[4]) : null; // for those who write tests
+const pattern = process.argv[4] ? new RegExp(process.argv[4]) : null; // for those who write tests
 export async function test(name, body, page) {
-  if (wanted && !wanted.test(name)) return;
+  if (pattern && !pattern.test(name)) return;
   const begun = Date.now();
   try {
     await body();

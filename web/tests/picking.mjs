@@ -19,7 +19,7 @@ const context = await newContext(browser);
 const server = await serve("picked.json");
 const page = await open(context, server.address);
 const here = () => page;
-const told = page.getByLabel("Picked faces");
+const readout = page.getByLabel("Picked faces");
 const pickBy = (label) => page.getByRole("combobox", { name: "Pick by" }).selectOption({ label });
 await status(page, "paused");
 await page.waitForFunction(() => studio.frames > 0 && studio.live.moments.length > 0);
@@ -69,7 +69,7 @@ async function facesOf(name) {
   return Number(/\((\d+) faces\)/.exec(text)[1]);
 }
 
-await test("a lasso takes the faces in it that are seen, and the engine has the same ones", async () => {
+await test("a lasso selects the visible faces in it, and the engine has the same ones", async () => {
   await pickBy("a lasso");
   const m = 6;
   const { x0, y0, x1, y1 } = face;
@@ -80,7 +80,7 @@ await test("a lasso takes the faces in it that are seen, and the engine has the 
     [x0 - m, y1 + m],
     [x0 - m, y0],
   ]);
-  assert.equal(await told.textContent(), "32 triangles of bed"); // half of 8 x 4 cells
+  assert.equal(await readout.textContent(), "32 triangles of bed"); // half of 8 x 4 cells
   const set = await makeSet("lassoed");
   assert.equal(set.faces.length, 16);
   assert.equal(await facesOf("lassoed"), 16);
@@ -90,25 +90,25 @@ await test("a lasso by keys alone", async () => {
   await view.focus();
   const { x0, y0, x1, y1 } = face;
   const cross = { x: box.width / 2, y: box.height / 2 };
-  const go = async (x, y) => {
+  const moveTo = async (x, y) => {
     for (; cross.x > x; cross.x -= 20) await page.keyboard.press("Shift+ArrowLeft");
     for (; cross.x < x; cross.x += 20) await page.keyboard.press("Shift+ArrowRight");
     for (; cross.y > y; cross.y -= 20) await page.keyboard.press("Shift+ArrowUp");
     for (; cross.y < y; cross.y += 20) await page.keyboard.press("Shift+ArrowDown");
     await page.keyboard.press("Enter");
   };
-  await go(x0 - 25, y0 - 25);
-  await go(x1 + 25, y0 - 25);
-  await go(x1 + 25, y1 + 5);
-  await go(x0 - 25, y1 + 5);
+  await moveTo(x0 - 25, y0 - 25);
+  await moveTo(x1 + 25, y0 - 25);
+  await moveTo(x1 + 25, y1 + 5);
+  await moveTo(x0 - 25, y1 + 5);
   await page.keyboard.press(" ");
-  assert.equal(await told.textContent(), "64 triangles of bed");
+  assert.equal(await readout.textContent(), "64 triangles of bed");
 }, here);
 
-await test("a plane and a box take what lies in them", async () => {
+await test("a plane and a box select what lies in them", async () => {
   await pickBy("a click, and its plane");
   await page.mouse.click(box.x + (face.x0 + face.x1) / 2 + 3, box.y + (face.y0 + face.y1) / 2 + 3);
-  assert.equal(await told.textContent(), "64 triangles of bed");
+  assert.equal(await readout.textContent(), "64 triangles of bed");
   const plane = await makeSet("in_plane");
   assert.ok(Math.abs(Math.abs(plane.plane.normal[0]) - 1) < 1e-6, JSON.stringify(plane));
   assert.equal(await facesOf("in_plane"), 32);
@@ -131,5 +131,5 @@ await test("named sets are shown", async () => {
   await page.getByRole("combobox", { name: "Show the set" }).selectOption({ label: "none" });
 }, here);
 
-await test("nothing went wrong in picking", async () => assert.deepEqual(page.problems, []));
+await test("no problem was logged while picking", async () => assert.deepEqual(page.problems, []));
 await browser.close();

@@ -6,6 +6,6 @@
 
 import { finish } from "./harness.mjs";
 
-const parts = process.argv[5]?.split(",") ?? ["scene", "looking", "picking", "hand", "survival"];
+const parts = process.argv[5]?.split(",") ?? ["scene", "viewing", "picking", "hand", "survival"];
 for (const part of parts) await import(`./${part}.mjs`);
 await finish();

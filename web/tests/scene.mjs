@@ -61,7 +61,7 @@ await test("E and nu are changed by their fields: the force is a fresh run's wit
   assert.ok(Math.abs(now - before) > 0.05 * before, `${now} after ${before}`);
 });
 
-await test("a value that a scene cannot have is refused with the reader's words, and undo takes changes back", async () => {
+await test("a value that a scene cannot have is refused with the reader's message, and undo takes changes back", async () => {
   const nu = page.getByRole("textbox", { name: "bodies.bed.poisson_ratio", exact: true });
   await nu.fill("0.7");
   await nu.press("Enter");
@@ -97,7 +97,7 @@ await test("two runs are compared: curves, their difference, two views with one 
   await page.getByRole("combobox", { name: "Compare with" }).selectOption({ label: "nothing" });
 });
 
-await test("four modes look different, and contact forces can be left out", async () => {
+await test("the pictures of four modes differ, and contact forces can be left out", async () => {
   await page.waitForTimeout(500);
   const shots = new Map();
   for (const mode of ["Normal", "Wire", "Transparent", "X-ray"]) {
@@ -123,13 +123,13 @@ await test("a set is picked with the mouse, held and freed, and saved with the s
   await button(page, "Fit the view").click();
   await page.waitForTimeout(500);
   const box = await page.getByRole("img", { name: "View of the scene" }).boundingBox();
-  const told = page.getByLabel("Picked faces");
+  const readout = page.getByLabel("Picked faces");
   for (let y = 0.9; y > 0.5; y -= 0.04) {
     await page.mouse.click(box.x + box.width / 2, box.y + y * box.height);
     await page.waitForTimeout(150);
-    if (/of bed/.test(await told.textContent())) break;
+    if (/of bed/.test(await readout.textContent())) break;
   }
-  assert.equal(await told.textContent(), "64 triangles of bed"); // 8 x 4 cells of the face x_max
+  assert.equal(await readout.textContent(), "64 triangles of bed"); // 8 x 4 cells of the face x_max
   await picture(page, "studio_pick");
   await page.getByRole("textbox", { name: "Name of the set" }).fill("front");
   await button(page, "Make the set").click();
@@ -153,7 +153,7 @@ await test("a set is picked with the mouse, held and freed, and saved with the s
   await button(page, "View from Isometric").click();
 });
 
-await test("picture, curve, columns and a page of their own leave it; the page needs no network", async () => {
+await test("picture, curve, columns and a page of their own are exported; the page needs no network", async () => {
   await button(page, "To the beginning").click();
   await page.waitForFunction(() => studio.live.times.length === 0);
   await runUntil(page, 0.5);
@@ -168,19 +168,19 @@ await test("picture, curve, columns and a page of their own leave it; the page n
   const html = await download(page, "Export one HTML file");
   const alone = await browser.newContext({ viewport: { width: 1280, height: 800 }, offline: true });
   const other = await alone.newPage();
-  const asked = [];
-  other.on("request", (r) => asked.push(r.url()));
+  const requests = [];
+  other.on("request", (r) => requests.push(r.url()));
   const problems = [];
   other.on("pageerror", (e) => problems.push(e.message));
   await other.goto(pathToFileURL(html).href);
   await other.waitForFunction(() => window.studio?.frames > 0);
   assert.deepEqual(problems, []);
-  assert.deepEqual(asked.filter((u) => !u.startsWith("file:") && !u.startsWith("data:") && !u.startsWith("blob:")), []);
+  assert.deepEqual(requests.filter((u) => !u.startsWith("file:") && !u.startsWith("data:") && !u.startsWith("blob:")), []);
   assert.equal(await other.evaluate((c) => studio.shown.valueAt(c, 0.5), kForce), await valueAt(page, kForce, 0.5));
   await alone.close();
 });
 
-await test("keys alone run, step and look", async () => {
+await test("keys alone run, step and turn the view", async () => {
   await page.locator("body").click({ position: { x: 1000, y: 18 } });
   await page.keyboard.press("Space");
   await status(page, "running");
@@ -206,7 +206,7 @@ await test("axe-core has no serious finding", async () => {
   assert.deepEqual(found, []);
 });
 
-await test("a killed simulation is told within a second and gone on with", async () => {
+await test("a killed simulation is reported within a second and continued", async () => {
   const before = await page.evaluate(() => studio.live.times.at(-1));
   await page.waitForTimeout(500);
   const pid = await page.evaluate(async () =>
@@ -222,7 +222,7 @@ await test("a killed simulation is told within a second and gone on with", async
   assert.ok((await page.evaluate(() => studio.live.times.at(-1))) < before + 0.06);
 });
 
-await test("a finished run is looked at, step by step", async () => {
+await test("a finished run is shown step by step", async () => {
   const done = await serve("fresh");
   const results = await open(context, done.address);
   await results.waitForFunction(() => studio.frames > 1 && studio.shown.moments.length > 1);
@@ -266,7 +266,7 @@ await test("a wire is pushed live by its slider", async () => {
   await wire.close();
 });
 
-await test("the page says so when the server ends", async () => {
+await test("the page reports the end of the server", async () => {
   server.child.kill("SIGKILL");
   await page.getByRole("log").getByText("The server has ended").waitFor({ timeout: 5000 });
   const problems = page.problems.filter((p) => !/ERR_CONNECTION|Failed to load resource|ERR_INCOMPLETE/.test(p));

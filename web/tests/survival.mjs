@@ -38,7 +38,7 @@ await test("the results of a live run are those of a run, and are compared like 
   await page.getByRole("combobox", { name: "Compare with" }).selectOption({ label: "nothing" });
 }, here);
 
-await test("a server that is killed leaves its run, which is gone on with after a new start", async () => {
+await test("a server that is killed leaves its run, which is continued after a new start", async () => {
   await button(page, "Run").click();
   await page.waitForFunction(() => studio.live.times.at(-1) > 0.33);
   server.child.kill("SIGKILL");
@@ -48,7 +48,7 @@ await test("a server that is killed leaves its run, which is gone on with after 
   server = await serve();
   page = await open(context, server.address);
   await message(page, /lasting-001 (was cut off|has not reached its end)/);
-  await button(page, "Go on with it").click();
+  await button(page, "Continue it").click();
   await status(page, "paused");
   await button(page, "Step").click();
   await page.waitForFunction(() => studio.live.times.length > 0);

@@ -32,7 +32,19 @@ sys.exit(code)
 """
 
 
-def _answer(arguments, gone):
+def start(command, **options):
+    """A Popen that Ctrl-C reaches by this process alone: interrupt() hands it on, once."""
+    return subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, **options)
+
+
+def interrupt(process):
+    """Asks the program to end; where it does not at once, it ends by itself."""
+    process.send_signal(signal.SIGINT)
+    with contextlib.suppress(subprocess.TimeoutExpired):
+        process.wait(0.03)
+
+
+def _answer(arguments, is_freed):
     """Exit code, stdout and stderr of a point, as `amontons run --json` has them."""
     values = {"--set": []}
     for name, value in zip(arguments[2:], arguments[3:]):
@@ -46,25 +58,25 @@ def _answer(arguments, gone):
             scene = Scene._of(_native.SceneText(stream.read(), arguments[1], values["--set"]))
         with Simulation(scene, threads=int(values["--threads"])) as simulation:
             try:
-                simulation.run(values["--output"], on_step=lambda record: gone())
-                code, said = 0, ""
+                simulation.run(values["--output"], on_step=lambda record: is_freed())
+                code, output = 0, ""
             except SolveFailed as error:
-                code, said = 3, f"failed: {error}\n"
+                code, output = 3, f"failed: {error}\n"
             answer = json.loads(simulation._answer)
     except InputError as error:
         return 2, json.dumps({"status": "bad_input", "issues": error.issues}), f"error: {error}\n"
     answer["seconds"]["total"] = time.perf_counter() - started
     answer["cpu_seconds"] = time.process_time() - used
-    return code, json.dumps(answer), said
+    return code, json.dumps(answer), output
 
 
 def _serve(connection):
     with contextlib.closing(connection):
-        def gone():
+        def is_freed():
             return bool(select.select([connection], [], [], 0)[0])
         # The client sends one line and waits; it ends with the time that a point has.
         request = connection.makefile().readline()
-        answer = _answer(json.loads(request), gone)
+        answer = _answer(json.loads(request), is_freed)
         with contextlib.suppress(OSError):
             connection.sendall(json.dumps(answer).encode())
 
@@ -84,7 +96,7 @@ def run_study(command):
         with open(client, "w", encoding="utf-8") as stream:
             stream.write(_CLIENT.format(python=shlex.quote(sys.executable), path=shlex.quote(path)))
         os.chmod(client, 0o700)
-        process = subprocess.Popen([*command, "--run-by", client], stdin=subprocess.DEVNULL, stdout=out, stderr=err)
+        process = start([*command, "--run-by", client], stdout=out, stderr=err)
         try:
             while process.poll() is None:
                 with contextlib.suppress(TimeoutError):
@@ -92,8 +104,7 @@ def run_study(command):
                     connection.settimeout(None)
                     _serve(connection)
         except BaseException:
-            process.send_signal(signal.SIGINT)
-            process.wait()
+            interrupt(process)
             raise
         out.seek(0)
         err.seek(0)

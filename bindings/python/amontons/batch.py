@@ -53,14 +53,14 @@ class Batch:
                 refuse(f"set[{number}]", "other inputs than the first", "scenes with the same drives")
         #: (count, k) writable: what is written here is where the drive is when the next step ends, as Inputs.
         self.inputs = np.zeros((len(changes), len(self.names)))
-        self._told = self.inputs.copy()
+        self._sent = self.inputs.copy()
         self._threads = int(threads)
         self._native = _native.Batch(self.simulations, self._threads)
-        self._look()
+        self._read_inputs()
 
-    def _look(self):
-        self._native.get_inputs(self._told)
-        self.inputs[...] = self._told
+    def _read_inputs(self):
+        self._native.get_inputs(self._sent)
+        self.inputs[...] = self._sent
 
     def __len__(self) -> int:
         return len(self.simulations)
@@ -77,16 +77,16 @@ class Batch:
         Returns (count,) int8: 0 moved, 1 at its scene's end, 2 failed: it is as after its last accepted step, and
         `messages` gives the reason. Raises InputError, and nothing moves, if an input is out of its range.
         """
-        if not isinstance(self.inputs, np.ndarray) or self.inputs.shape != self._told.shape or self.inputs.dtype != np.float64:
+        if not isinstance(self.inputs, np.ndarray) or self.inputs.shape != self._sent.shape or self.inputs.dtype != np.float64:
             found = getattr(self.inputs, "dtype", type(self.inputs).__name__)
             refuse("inputs", f"shape {np.shape(self.inputs)} of {found}", f"{self._told.shape} of doubles")
-        self._native.set_inputs(self.inputs, self._told, where)
+        self._native.set_inputs(self.inputs, self._sent, where)
         kept = None if where is None else ~np.asarray(where, dtype=bool)
         waiting = self.inputs[kept] if kept is not None else None
         try:
             return self._native.advance(seconds, where)
         finally:
-            self._look()
+            self._read_inputs()
             if kept is not None:
                 self.inputs[kept] = waiting
 
@@ -131,7 +131,7 @@ class Batch:
                 simulation.restore(state)
             raise
         self._native.note_times()
-        self._look()
+        self._read_inputs()
 
     def __repr__(self):
         return f"<Batch of {len(self)} x {self.simulations[0].scene_text.file}>"

@@ -13,7 +13,7 @@ import numpy as np
 
 from . import _native
 from ._arguments import refuse, to_json
-from ._points import run_study
+from ._points import interrupt, run_study, start
 from .errors import InputError, ModuleMissing, SolveFailed
 from .scene import Scene
 
@@ -21,7 +21,7 @@ from .scene import Scene
 def _program(arguments, may_fail=(), by_functions=False):
     """Runs amontons and gives its answer in JSON.
 
-    by_functions: the points of a study ask functions that are registered in this process.
+    by_functions: the points of a study call functions that are registered in this process.
     """
     program = _native.program_path()
     if not os.access(program, os.X_OK):
@@ -30,8 +30,13 @@ def _program(arguments, may_fail=(), by_functions=False):
     if by_functions:
         code, output, errors = run_study(command)
     else:
-        result = subprocess.run(command, capture_output=True, text=True, stdin=subprocess.DEVNULL)
-        code, output, errors = result.returncode, result.stdout, result.stderr
+        process = start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
+        try:
+            output, errors = process.communicate()
+        except BaseException:
+            interrupt(process)
+            raise
+        code = process.returncode
     last = (errors.strip().splitlines() or [""])[-1]
     if code == 2:
         error = InputError(last.removeprefix("error: "))
@@ -74,14 +79,14 @@ class Study:
 
 
 def _names_function(file):
-    """Whether a scene's file asks for a contact solver of this process; what is wrong with it the study states."""
+    """Whether a scene's file names a contact solver of this process; the study itself reports its errors."""
     try:
-        return _asks_function(Scene(file))
+        return _needs_function(Scene(file))
     except InputError:
         return False
 
 
-def _asks_function(scene):
+def _needs_function(scene):
     return bool(scene.resolved.get("contact_solver", {}).get("function"))
 
 
@@ -108,11 +113,11 @@ def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Seq
     by_functions = any("contact_solver" in path for path in sweep)
     if not by_functions and not isinstance(scene, (str, os.PathLike)):
         scene = scene if isinstance(scene, Scene) else Scene(scene)
-        by_functions = _asks_function(scene)
+        by_functions = _needs_function(scene)
     elif not by_functions and isinstance(scene, (str, os.PathLike)):
         by_functions = _names_function(os.fspath(scene))
     if by_functions and jobs != 1:
-        refuse("jobs", repr(jobs), "1: functions of this process are asked one after another")
+        refuse("jobs", repr(jobs), "1: functions of this process are called one after another")
     arguments = ["study"]
     if isinstance(scene, (str, os.PathLike)):
         arguments.append(os.fspath(scene))

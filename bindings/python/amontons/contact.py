@@ -176,7 +176,7 @@ def write_fclib(path: str | os.PathLike, problem: ContactProblem, solution: Any 
 
 
 def register_solver(name: str, function: Callable[..., ArrayLike] | None) -> None:
-    """Lets scenes name a contact solver of one's own: {"contact_solver": {"function": name}}.
+    """Makes a function the contact solver of scenes that name it: {"contact_solver": {"function": name}}.
 
     name: a text. function: of (W, q, mu), called inside the steps of such scenes by the thread that steps. W: (m, m)
     array [m/N; in motion m/(N s)], q: (m,), mu: (n,), rows contact by contact (n, t1, t2), of frictionless contacts

@@ -1,4 +1,4 @@
-"""What the package raises. Everything else that it lets through is Python's own."""
+"""What the package raises. All other exceptions are Python's own."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""A hand that feels a scene at 1 kHz, while Python looks on."""
+"""A hand in a scene at 1 kHz, observed by Python."""
 
 from __future__ import annotations
 
@@ -34,7 +34,7 @@ class Session:
     run; then `late`, the share of ticks that come 3 ticks late, and `latency`, the periods that a step of the simulation
     takes. control: of passivity; else the energy is counted only. threads, cache: as Simulation.
 
-    By the clock a loop asks for a real-time priority and locks the process's memory while it lasts, where it may. Raises
+    In real time the loop requests a real-time priority and locks the process's memory while it lasts, where it may. Raises
     InputError with all that is wrong.
 
     >>> import amontons as am
@@ -84,7 +84,7 @@ class Session:
         self._native.end()
 
     def wait(self, seconds: float | None = None) -> bool:
-        """Waits for its end, so many seconds at most. Whether it has ended, or was never started. Ctrl-C is heard."""
+        """Waits for its end, so many seconds at most. Whether it has ended, or was never started. Ctrl-C ends the wait."""
         left = float("inf") if seconds is None else float(seconds)
         while left > 0 and not self._native.wait(min(left, 0.05)):
             left -= 0.05
@@ -102,12 +102,12 @@ class Session:
     @property
     def messages(self) -> list[str]:
         """What `amontons haptic` prints on stderr: warnings, faults, what set() did."""
-        return self._native.said()
+        return self._native.messages()
 
     def set(self, path: str, value: Any) -> None:
-        """Asks for another value of the scene, which counts once what it needs is made; `messages` reports of it."""
+        """Requests another value of the scene, which takes effect once what it needs is computed; `messages` reports it."""
         for line in overrides({path: value}):
-            self._native.ask(line)
+            self._native.request(line)
 
     def summary(self) -> dict[str, Any]:
         """What `amontons haptic --json` states, as a dict, after the end. RuntimeError before; SolveFailed if there was no

@@ -66,7 +66,7 @@ def _read_history(file):
 
 
 class Frame(Mapping[str, Piece]):
-    """What was written at one time: names of bodies, and "contacts", to Pieces. Read when it is asked for."""
+    """What was written at one time: names of bodies, and "contacts", to Pieces. Read at first use."""
 
     def __init__(self, folder, time, files):
         self.time = time  #: [s]
@@ -106,7 +106,7 @@ class _Frames(Sequence[Frame]):
 
 
 class Run:
-    """The results of a run. history, manifest, frames and contacts are read when they are first asked for."""
+    """The results of a run. history, manifest, frames and contacts are read at first use."""
 
     def __init__(self, folder):
         self.folder = os.fspath(folder)

@@ -115,7 +115,7 @@ class Inputs:
 
 
 class _Bodies(Mapping):
-    """Bodies by name, as they are when they are asked for."""
+    """Bodies by name, in their state at the time of access."""
 
     def __init__(self, simulation):
         self._simulation = simulation
@@ -228,8 +228,8 @@ class Simulation(_native.Stepper):
         if output is not None:
             output = os.fspath(output)
             files = _native.RunFiles(self, output, bool(resume), bool(record), list(sys.orig_argv))
-        told, self._answer = _native.run(self, files, on_step, int(every))
-        summary = RunSummary(**told)
+        reported, self._answer = _native.run(self, files, on_step, int(every))
+        summary = RunSummary(**reported)
         if files is not None and summary.status == "done":
             summary = dataclasses.replace(summary, files=self._draw(files, output))
         if summary.status == "failed":
@@ -239,20 +239,25 @@ class Simulation(_native.Stepper):
         return summary
 
     def _draw(self, files, output):
-        """Plots and a picture, as the scene asks for them and what is installed allows."""
+        """Plots and a picture, as far as the scene requests them and the installed programs allow."""
         drawn = []
-        asked = self.scene["output"]
-        if asked.get("plots", True):
+        options = self.scene["output"]
+        if options.get("plots", True):
             drawn += _native.plot_history(output)[0]
         program = _native.program_path()
-        if asked.get("picture", True) and os.access(program, os.X_OK) and _native.find_module("vtk"):
+        if options.get("picture", True) and os.access(program, os.X_OK) and _native.find_module("vtk"):
             collection = next(f for f in read_run(output).manifest["files"] if f.endswith(".pvd") and f != "contacts.pvd")
             name = os.path.splitext(collection)[0]
             picture = os.path.join(output, f"{name}.png")
             environment = dict(os.environ, AMONTONS_MODULES=os.path.dirname(_native.find_module("vtk")))
-            result = subprocess.run([program, "render", output, "--output", picture, "--quiet"], env=environment,
-                                    stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
-            if result.returncode == 0:
+            process = subprocess.Popen([program, "render", output, "--output", picture, "--quiet"], env=environment,
+                                       stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL)
+            try:
+                code = process.wait()
+            except BaseException:
+                process.kill()
+                raise
+            if code == 0:
                 drawn.append(os.path.basename(picture))
         if drawn:
             files.add(drawn)

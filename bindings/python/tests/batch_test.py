@@ -13,7 +13,7 @@ def arrays(record):
 
 
 class BatchTest(Case):
-    def test_each_gives_the_bits_that_it_gives_alone_for_any_number_of_threads(self):
+    def test_each_has_the_same_bits_as_alone_for_any_number_of_threads(self):
         frictions = [0.0, 0.1, 0.2, 0.3, 0.4]
         for scene in (tube_and_wire(), block()):
             end = scene["time"]["end"]
@@ -54,7 +54,7 @@ class BatchTest(Case):
         self.assertEqual(batch.save(), before)
         np.testing.assert_allclose(batch.quantity("depth"), batch.quantity("depth", np.empty(3)))
 
-    def test_some_go_on_and_others_wait(self):
+    def test_some_continue_and_others_wait(self):
         batch = am.Batch(ball(), 3)
         batch.advance(0.3, where=[True, False, True])
         self.assertEqual([s.time for s in batch.simulations], [batch.simulations[0].time, 0, batch.simulations[0].time])
@@ -75,7 +75,7 @@ class BatchTest(Case):
         with self.refused("inputs"):
             batch.advance(0.1)
 
-    def test_one_that_fails_says_why_and_the_others_go_on(self):
+    def test_one_that_fails_reports_the_reason_and_the_others_continue(self):
         good = {"bodies.block.hold.0.z": [[0, 0], [1, -0.01]]}
         batch = am.Batch(pressed_flat(), 2, set=[{}, good])
         state = np.array([0, 0])
@@ -182,7 +182,7 @@ class BatchTest(Case):
         with self.assertRaises(am.InputError):
             am.validate("no-such-case")
 
-    def test_a_study_sets_a_registered_solver_beside_ours(self):
+    def test_a_study_compares_a_registered_solver_with_those_of_the_program(self):
         calls = []
 
         def own(W, q, mu, kinds=None):
@@ -212,10 +212,10 @@ class BatchTest(Case):
                 self.assertEqual(row["status"], "failed")
                 self.assertIn("raised ValueError: no idea", row["reason"])
             self.assertGreaterEqual(len(calls), 15)
-            asked = len(calls)
+            before = len(calls)
             again = am.study(scene, sweep={"contact_solver.function": ["", "own", "lazy"], "time.step": [0.02, 0.01]},
                              quantity="box_velocity_x", reference=0.1 * slid, output="out/s")
-            self.assertEqual(len(calls), asked)  # it continues from what is there
+            self.assertEqual(len(calls), before)  # it continues from what is there
             self.assertEqual([r["value"] for r in again.rows[:4]], [r["value"] for r in study.rows[:4]])
             with self.refused("jobs"):
                 am.study(scene, sweep={"contact_solver.function": ["own"]}, quantity="box_velocity_x", output="out/t", jobs=2)

@@ -69,7 +69,7 @@ class ContactProblemTest(Case):
         with self.refused("W", "3 numbers"):
             am.solve(am.ContactProblem((lambda r: r[:3], blocks), p.q, p.mu))
 
-    def test_everything_that_is_wrong_is_told(self):
+    def test_everything_that_is_wrong_is_reported(self):
         q, mu = [-1, 0, 0], 0.5
         for W, wrong_q, wrong_mu, place in (
                 (np.eye(4), q, mu, "W"), (np.eye(3), [1, 2], mu, "q"), (np.eye(3), q, -1, "mu[0]"),
@@ -128,7 +128,7 @@ class ContactProblemTest(Case):
         self.assertEqual(found, series)
 
     @unittest.skipUnless(HAS_FCLIB, "lacks the module fclib")
-    def test_a_problem_comes_back_from_its_file(self):
+    def test_a_problem_is_read_back_from_its_file(self):
         p = random_problem(4, 5)
         s = am.solve(p)
         with folder():
@@ -154,7 +154,7 @@ class ContactProblemTest(Case):
                 am.write_fclib("p.hdf5", 3)
             self.assertIsInstance(error.exception, OSError)
 
-    def test_a_missing_module_says_what_to_install(self):
+    def test_a_missing_module_is_reported_with_what_to_install(self):
         from unittest import mock
         with mock.patch("amontons._native.find_module", return_value=""):
             with self.assertRaisesRegex(am.ModuleMissing, "apt-get install libfclib-dev"):
@@ -162,7 +162,7 @@ class ContactProblemTest(Case):
 
 
 def sliding_box(solver="", joined=False):
-    """A box that a slope of 45 degrees lets slide, mu 0.5, by half a step of motion."""
+    """A box that slides on a slope of 45 degrees, mu 0.5, by half a step of motion."""
     scene = {"schema": 1, "gravity": [6, 0, -9.81], "bodies": {
                  "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},
                  "box": {"kind": "rigid", "mass": 2, "shape": {"generate": "box", "size": [1, 1, 1]},

@@ -30,7 +30,7 @@ class ConvertTest(Case):
         wire.step(20)
         return sim.bodies["block"], sim.bodies["floor"], wire.bodies["tube"], wire.bodies["wire"]
 
-    def test_what_is_missing_is_said(self):
+    def test_what_is_missing_is_reported(self):
         with mock.patch.dict(sys.modules, {"pyvista": None, "meshio": None}):
             for body in self.bodies():
                 with self.assertRaisesRegex(am.ModuleMissing, "pip install pyvista"):
@@ -102,7 +102,7 @@ class ConvertTest(Case):
         np.testing.assert_array_equal(again.cells[0].data, solid.cells["H8"])
 
     @unittest.skipUnless(importlib.util.find_spec("pyvista"), "no pyvista")
-    def test_pyvista_sees_volume_surface_and_line(self):
+    def test_pyvista_recognises_volume_surface_and_line(self):
         solid, floor, tube, wire = self.bodies()
         grid = solid.to_pyvista()
         self.assertAlmostEqual(grid.volume / volumes(solid.points, solid.cells["H8"]).sum(), 1, places=6)

@@ -41,7 +41,7 @@ class ExamplesTest(Case):
         lines = self.run_in_folder(os.path.join(HERE, "examples", "4_sweep.py")).splitlines()
         self.assertEqual(len(lines), 17)
         forces = [float(line.split()[2]) for line in lines[:16]]
-        self.assertEqual(forces, sorted(forces))  # friction asks for more push
+        self.assertEqual(forces, sorted(forces))  # friction requires more push
 
     def test_tree(self):
         lines = self.run_in_folder(os.path.join(HERE, "examples", "5_tree.py")).splitlines()

@@ -1,4 +1,4 @@
-"""What gymnasium asks of an environment, for machines where its own check_env is not."""
+"""What gymnasium requires of an environment, for machines without its own check_env."""
 
 import numpy as np
 

@@ -44,7 +44,7 @@ def mean_scene(self, surface, scene=_member.Options.scene):
 
 
 class GymTest(Case):
-    def test_environments_hold_what_gymnasium_asks(self):
+    def test_environments_satisfy_what_gymnasium_requires(self):
         check_environment(gym.NavigationEnv(observation=ALL, image_size=32, max_steps=10, start_depth=0.1, render_mode="rgb_array"))
         for task in ("basic_wire_nav", "arch_variety", "dual_device_nav"):
             check_environment(gym.NavigationEnv(task, max_steps=5), steps=12)
@@ -67,7 +67,7 @@ class GymTest(Case):
             with self.assertRaises(AssertionError):
                 check_environment(wrong())
 
-    def test_a_seed_gives_the_same_bits_alone_and_among_others_for_any_number_of_threads(self):
+    def test_a_seed_has_the_same_bits_alone_and_among_others_for_any_number_of_threads(self):
         for options in ({"observation": ALL, "image_size": 24, "start_depth": 0.12}, {"task": "arch_variety", "start_depth": 0.1}):
             steps, count = 12, 3
             alone = [walk(gym.NavigationEnv(**options), 40 + i, steps) for i in range(count)]
@@ -84,7 +84,7 @@ class GymTest(Case):
                     for i in range(count):
                         self.assertEqual(bits(part(seen, i), reward[i], {n: info[n][i] for n in info if n[0] != "_"}), alone[i][k + 1])
 
-    def test_the_way_left_is_what_the_drawing_gives(self):
+    def test_the_remaining_path_is_that_of_the_drawing(self):
         for name, at in AT.items():
             env = gym.NavigationEnv(target=name)
             _, info = env.reset(seed=0)
@@ -135,7 +135,7 @@ class GymTest(Case):
             self.assertAlmostEqual(total, 1 + 10 * (start - left) - 0.2 * forces, 4)
             self.assertGreater(forces, 0)
 
-    def test_a_step_that_fails_is_told_and_the_state_stays(self):
+    def test_a_step_that_fails_is_reported_and_the_state_stays(self):
         with unittest.mock.patch.object(_member.Options, "scene", mean_scene):
             env, envs = gym.NavigationEnv(start_depth=0.15, max_failures=99), gym.NavigationVectorEnv(2, start_depth=0.15, max_failures=99)
             failures = 0
@@ -285,7 +285,7 @@ class GymTest(Case):
         self.assertGreater(np.mean(np.abs(off) < 4e-4), 0.9)
         self.assertLess(np.abs(off).max(), 3e-3)
 
-    def test_the_image_shows_the_wire_where_tracking_says(self):
+    def test_the_image_contains_the_wire_where_tracking_places_it(self):
         env = gym.NavigationEnv(observation=ALL, image_size=160, noise=0.0, start_depth=0.15)
         seen, _ = env.reset(seed=0)
         image = seen["image"][:, :, 0]

@@ -1,4 +1,4 @@
-"""A hand that feels a scene: on threads of C++, while Python looks on."""
+"""A hand in a scene: on threads of C++, observed by Python."""
 
 import csv
 import os
@@ -57,7 +57,7 @@ class HapticTest(Case):
             with self.assertRaises(ValueError):
                 now.force[0] = 1
 
-    def test_by_the_clock_it_is_looked_at_changed_and_stopped(self):
+    def test_in_real_time_it_is_observed_changed_and_stopped(self):
         with am.haptic.Session(pressed_ball(), duration=60) as session:
             session.start()
             self.assertTrue(session.running)
@@ -94,7 +94,7 @@ class HapticTest(Case):
         with self.assertRaisesRegex(RuntimeError, "has ended"):
             session.set("contact.0.friction", 0.5)
 
-    def test_a_wire_is_felt_in_the_walls_of_its_scene(self):
+    def test_a_wire_in_the_walls_of_its_scene_exerts_a_force_on_the_hand(self):
         scene = am.Scene(os.path.join(os.environ["AMONTONS_SOURCES"], "examples", "haptic_catheter", "scene.json"))
         session = am.haptic.Session(scene, virtual_time=True, duration=0.3)
         session.start()
@@ -103,7 +103,7 @@ class HapticTest(Case):
         (beam,) = session.latest().beams.values()
         self.assertEqual(beam.points.shape[1], 3)
 
-    def test_none_is_left_when_it_is_given_up_or_the_process_ends(self):
+    def test_none_is_left_when_it_is_deleted_or_the_process_ends(self):
         session = am.haptic.Session(pressed_ball(), duration=60)
         session.start()
         before = time.monotonic()
@@ -132,7 +132,7 @@ class HapticTest(Case):
         with self.refused("set"):
             session.set("", 1)
 
-    def test_no_force_is_a_failure_that_says_why(self):
+    def test_no_force_is_a_failure_with_its_reason(self):
         scene = pressed_ball()
         # A soft block under a traction that no material of its law can carry.
         scene["bodies"]["block"] = {

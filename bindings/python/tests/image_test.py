@@ -70,7 +70,7 @@ class ImageTest(Case):
         np.testing.assert_array_equal(image, am.xray(line, CAMERA, (200, 200), noise=5, seed=3, radius=0.001))
         self.assertTrue((image != am.xray(line, CAMERA, (200, 200), noise=5, seed=4, radius=0.001)).any())
 
-    def test_simulations_and_batches_are_seen_as_their_lines(self):
+    def test_images_of_simulations_and_batches_are_those_of_their_lines(self):
         batch = am.Batch(tube_and_wire(), 2)
         with self.assertRaises(RuntimeError):
             am.xray(batch, CAMERA)

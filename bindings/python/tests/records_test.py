@@ -80,7 +80,7 @@ class RecordsTest(Case):
         gc.collect()
         self.assertEqual(body.cells["H8"].max(), 26)  # kept by the body
 
-    def test_nothing_that_was_told_can_be_changed_or_goes_stale(self):
+    def test_records_cannot_be_changed_and_do_not_become_stale(self):
         sim = am.Simulation(tube_and_wire(time={"step": 0.05, "end": 8}))
         rng = random.Random(1)
         kept = []
@@ -137,7 +137,7 @@ class RecordsTest(Case):
                 self.assertTrue(am.solve(p))
 
     @unittest.skipIf(SANITIZED, "a sanitizer keeps memory that is given back")
-    def test_memory_stays_when_simulations_are_made_and_given_up(self):
+    def test_memory_stays_when_simulations_are_made_and_deleted(self):
         def some(count):
             for _ in range(count):
                 sim = am.Simulation(block())
@@ -150,7 +150,7 @@ class RecordsTest(Case):
         after = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss
         self.assertLess(after - before, 4000)  # KiB
 
-    def test_a_simulation_goes_with_its_last_name(self):
+    def test_a_simulation_is_freed_with_its_last_name(self):
         """Without Python's search for cycles, which sees none of the memory of C++."""
         gc.disable()
         self.addCleanup(gc.enable)
@@ -160,9 +160,9 @@ class RecordsTest(Case):
         views = sim.record.contacts.force, sim.bodies["tube"].points, sim.inputs.values
         other = sim.fork()
         other.inputs.values = other.inputs.values
-        gone = weakref.ref(sim), weakref.ref(other)
+        freed = weakref.ref(sim), weakref.ref(other)
         del sim, other
-        self.assertEqual([g() for g in gone], [None, None])
+        self.assertEqual([g() for g in freed], [None, None])
         self.assertTrue(np.isfinite(views[1]).all())
 
 

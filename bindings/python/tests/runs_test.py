@@ -38,7 +38,7 @@ class RunsTest(Case):
                 last = one.frames[-1][name]
                 np.testing.assert_array_equal(last.points, two.frames[-1][name].points)
 
-    def test_history_frames_and_contacts_are_what_was_told(self):
+    def test_history_frames_and_contacts_are_those_that_were_reported(self):
         with folder():
             steps = []
             sim = am.Simulation(tube_and_wire())
@@ -71,7 +71,7 @@ class RunsTest(Case):
             with self.refused(""):
                 am.read_run("broken").manifest
 
-    def test_a_run_that_was_stopped_is_gone_on_with_from_its_folder(self):
+    def test_a_run_that_was_stopped_continues_from_its_folder(self):
         with folder():
             am.Simulation(tube_and_wire()).run("whole")
             for stop_at in (0, 17):
@@ -124,7 +124,7 @@ class RunsTest(Case):
             self.assertEqual(am.read_run("out").manifest["status"], "failed")
             self.assertEqual(am.read_run("out").history["step"][-1], error.record.step)
 
-    def test_results_do_not_go_where_the_scene_is(self):
+    def test_results_are_not_written_where_the_scene_is(self):
         with folder():
             am.Scene(block()).save("scene.json")
             with self.refused("", "", "neither the scene"):

@@ -43,7 +43,7 @@ class SceneTest(Case):
         with self.assertRaises(KeyError):
             scene["time.nothing"]
 
-    def test_all_mistakes_are_told_at_once_with_the_nearest_name(self):
+    def test_all_mistakes_are_reported_together_with_the_nearest_name(self):
         scene = tube_and_wire()
         scene["bodies"]["wire"]["segments"][0]["radius"] = -1
         scene["contact"][0]["frictoin"] = 1
@@ -88,7 +88,7 @@ class SceneTest(Case):
             with self.refused(""):
                 am.Scene(block(), set=wrong)
 
-    def test_check_says_what_the_program_says(self):
+    def test_check_reports_what_the_program_reports(self):
         check = am.Scene(CATHETER).check()
         self.assertEqual({"bodies", "surfaces", "pairs", "uses", "leaves_out", "predicted"}, set(check))
         self.assertEqual([b["name"] for b in check["bodies"]], ["aorta", "wire"])

@@ -39,7 +39,7 @@ class SteppingTest(Case):
                 self.assertEqual(bits(cut.advance(whole[k][1])), whole[k])
             self.assertEqual(bits(cut.advance(whole[-1][1])), whole[-1])
 
-    def test_advance_ends_exactly_where_it_is_asked(self):
+    def test_advance_ends_exactly_at_the_requested_time(self):
         sim = am.Simulation(tube_and_wire())
         for until in (0.05, 1.2345, 1.2346, 7.999, 8.0):
             record = sim.advance(until)
@@ -54,7 +54,7 @@ class SteppingTest(Case):
         with self.refused("count"):
             sim.step(0)
 
-    def test_a_saved_state_is_gone_on_with_bit_by_bit_and_is_of_its_scene(self):
+    def test_a_saved_state_continues_bit_by_bit_and_belongs_to_its_scene(self):
         for scene in (tube_and_wire(), block(), ball()):
             sim = am.Simulation(scene)
             empty = sim.save()
@@ -120,7 +120,7 @@ class SteppingTest(Case):
             for name in ("push_force", "depth", "torque"):
                 self.assertAlmostEqual(same.quantities[name], record.quantities[name], delta=1e-9)
 
-    def test_drives_of_rigid_bodies_are_led_by_hand_too(self):
+    def test_drives_of_rigid_bodies_can_be_set_step_by_step(self):
         whole = []
         am.Simulation(pressed_by_plate()).run(on_step=whole.append)
         scene = pressed_by_plate()
@@ -151,7 +151,7 @@ class SteppingTest(Case):
         led.step()
         self.assertAlmostEqual(led.record.quantities["plate_z"], 0.11 - 0.0041)
 
-    def test_holds_of_solids_and_rods_are_led_by_hand_too(self):
+    def test_holds_of_solids_and_rods_can_be_set_step_by_step(self):
         def rod():
             return {"schema": 1, "bodies": {"rod": {
                 "kind": "rod", "segments": [{"length": 0.2, "radius": 1e-3, "EI": 1e-3, "GJ": 1e-3, "element": 0.02}],
@@ -279,7 +279,7 @@ class SteppingTest(Case):
         thread.join()
         self.assertIn("another thread", found[0])
         sim = am.Simulation(block())
-        told = []
+        reported = []
 
         def step_again(record):
             self.assertEqual(sim.time, record.time)
@@ -288,10 +288,10 @@ class SteppingTest(Case):
                 try:
                     change()
                 except RuntimeError as error:
-                    told.append(str(error))
+                    reported.append(str(error))
             return True
         self.assertEqual(sim.run(on_step=step_again).message, "stopped by on_step")
-        self.assertEqual(len(told), 5)
+        self.assertEqual(len(reported), 5)
         sim.step()
         with sim:
             pass
@@ -311,7 +311,7 @@ class SteppingTest(Case):
         self.assertEqual(sim.record.step, 3)
         self.assertEqual(sim.run().status, "done")
 
-    def test_ctrl_c_comes_within_a_tenth_of_a_second_and_leaves_a_state_to_go_on_from(self):
+    def test_ctrl_c_ends_within_a_tenth_of_a_second_and_leaves_a_state_that_continues(self):
         # Steps of half a second and more, quick ones, and those of a wire in walls that are compliant.
         for scene, end in ((block(10), 1), (am.Scene(CATHETER, set={"time.end": 1000}), 1000), (am.Scene(SOFT_VESSEL), 13)):
             sim = am.Simulation(scene)

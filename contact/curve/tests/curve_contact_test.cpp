@@ -49,7 +49,7 @@ std::vector<CurveContact> touching(const Curve& a, const Curve& b, double reach)
 
 } // namespace
 
-TEST_CASE("stations are as near to each other as was asked for however long a piece")
+TEST_CASE("stations are as near to each other as requested however long a piece is")
 {
     const Curve c = straight_curve({0, 0, 0}, {1, 0, 0}, 2, 0.01);
     CHECK(stations(c, 0).size() == 3);
@@ -194,7 +194,7 @@ TEST_CASE("a curve touches itself across a loop but not beside itself")
     }
 }
 
-TEST_CASE("contacts are seen by the stations nearby and not by those of finer or coarser pieces")
+TEST_CASE("contacts are found by the stations nearby and not by those of finer or coarser pieces")
 {
     // 0.1 m of 1 mm and 0.1 m of 20 mm, either first; crossed at 15 degrees half-way between two
     // stations.
@@ -426,7 +426,7 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
     std::mt19937 random(7);
     std::uniform_real_distribution<double> angle(0.5, 2.6), along(-0.9, 0.9),
         bend(sharp ? 0.5 : 0.1, sharp ? 1.0 : 0.3);
-    int looked_at = 0, lost = 0;
+    int searched = 0, lost = 0;
     for (int k = 0; k < 2000; ++k) {
         const auto piece = [&](double height) {
             // A parabola along x, bent to either side and up or down, turned about z.
@@ -447,7 +447,7 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
             return c;
         };
         const Curve a = piece(0.2), b = piece(0);
-        // The least distance by looking everywhere.
+        // The least distance by an exhaustive search.
         double least = 1e9;
         int at[2] = {0, 0};
         constexpr int kParts = 100;
@@ -466,7 +466,7 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
                    v = b.pieces[0].slope(double(at[1]) / kParts);
         const bool inside = at[0] > 5 && at[0] < 95 && at[1] > 5 && at[1] < 95;
         if (!inside || least > 0.4 || u.cross(v).norm() < 0.35 * u.norm() * v.norm()) continue;
-        ++looked_at;
+        ++searched;
         double found = 1e9;
         for (const CurveContact& c : touching(a, b, 0.3))
             if (c.slides_a && c.slides_b) found = std::min(found, c.gap + 0.2);
@@ -478,6 +478,6 @@ TEST_CASE("where curved pieces cross they have a crossing wherever their chords 
         CHECK(found < least + 1e-12);
         CHECK(found > least - 1e-2);
     }
-    CHECK(looked_at > 1000);
+    CHECK(searched > 1000);
     CHECK(lost <= 5); // [regression] undamped steps lose 23
 }

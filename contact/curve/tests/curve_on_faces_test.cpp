@@ -195,7 +195,7 @@ TEST_CASE("a curve that passes through faces or over a sharp edge has passed")
     CHECK(pass_through_faces(still, still, before, surface));
 }
 
-TEST_CASE("a line through sharp edges is what its nodes state it is")
+TEST_CASE("a line through sharp edges is the one that its nodes define")
 {
     TouchingBody box = box_body(ElementKind::T10, {-1, -1, -1}, {1, 1, 1}, {3, 4, 2});
     for (Vec3& x : box.mesh.nodes)

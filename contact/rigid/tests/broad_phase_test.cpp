@@ -39,7 +39,7 @@ TEST_CASE("sort and sweep finds the pairs that all with all finds in order")
             }
             overlapping_pairs(boxes, pairs);
             CHECK(pairs == all_with_all(boxes));
-            if (n > 2) CHECK(pairs.size() + 1 >= n); // a wall in no axis meets all
+            if (n > 2) CHECK(pairs.size() + 1 >= n); // a wall along no axis touches all
         }
     }
     // Boxes that only touch count.

@@ -55,7 +55,7 @@ TEST_CASE("swapping the bodies swaps the points and turns the normals round")
     CHECK(compared > 500);
 }
 
-TEST_CASE("cylinders: the same laws where rims meet")
+TEST_CASE("cylinders: the same laws where rims touch")
 {
     std::mt19937 rng{23};
     const RigidShape cylinder = Cylinder{0.4, 0.6};

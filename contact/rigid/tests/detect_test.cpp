@@ -177,7 +177,8 @@ TEST_CASE("box and box: exact distance face to face and edge to edge and corner 
     CHECK(least_gap(c) == doctest::Approx(0.5).epsilon(1e-12));
 }
 
-TEST_CASE("the nearest contact of boxes is their distance and deep inside the least way out")
+TEST_CASE("the nearest contact of boxes is their distance and deep inside the shortest "
+          "displacement that separates them")
 {
     // The distance by brute force: dense samples of one surface against the other, closed form.
     std::mt19937 rng{5};
@@ -413,7 +414,7 @@ TEST_CASE("a block in equilibrium on another has its centre of pressure among th
     }
 }
 
-TEST_CASE("an arch's voussoirs meet in the four corners of each joint")
+TEST_CASE("an arch's voussoirs touch in the four corners of each joint")
 {
     // Wedges of a semicircle, two triangles a face.
     const int count = 24;
@@ -448,17 +449,17 @@ TEST_CASE("an arch's voussoirs meet in the four corners of each joint")
 
 TEST_CASE("card house: planks that rest on each other push apart horizontally at the apex")
 {
-    const double length = 1, thin = 0.01, lean = std::numbers::pi / 12;
+    const double length = 1, thin = 0.01, slope = std::numbers::pi / 12;
     const Box plank{{thin / 2, 0.3, length / 2}};
     // The inner upper edge of each plank lies on the plane x = 0.
-    const auto leaning = [&](double side) {
-        const Eigen::Quaterniond turn = turn_about(Vec3::UnitY(), side * lean);
+    const auto tilted = [&](double side) {
+        const Eigen::Quaterniond turn = turn_about(Vec3::UnitY(), side * slope);
         const Vec3 edge = turn * Vec3{side * thin / 2, 0, length / 2};
         return Pose{Vec3{-edge[0], 0, 1 - edge[2]}, turn};
     };
     for (const double gap : {0.0, 1e-15, -1e-15, 1e-12, -1e-12, 1e-10, -1e-10, 1e-3}) {
         CAPTURE(gap);
-        Pose left = leaning(1), right = leaning(-1);
+        Pose left = tilted(1), right = tilted(-1);
         left.place[0] -= gap / 2;
         right.place[0] += gap / 2;
         const Contacts c = contacts(plank, left, plank, right, 1e-2);
@@ -471,19 +472,20 @@ TEST_CASE("card house: planks that rest on each other push apart horizontally at
         }
     }
     // A plank's edge on the face of another: the ends of the edge, the face's normal.
-    const Pose upright{{thin / 2, 0, 1}, Eigen::Quaterniond::Identity()};
-    const Contacts c = contacts(plank, leaning(1), plank, upright, 1e-3);
+    const Pose vertical{{thin / 2, 0, 1}, Eigen::Quaterniond::Identity()};
+    const Contacts c = contacts(plank, tilted(1), plank, vertical, 1e-3);
     CHECK(c.size() == 2);
     for (const RigidContact& one : c)
         CHECK((one.normal + Vec3::UnitX()).norm() < 1e-12);
     // The edge of a plank on the rim of a face: the face decides.
     const Pose rim{{thin / 2, 0, 0.5}, Eigen::Quaterniond::Identity()};
-    const Contacts r = contacts(plank, leaning(1), plank, rim, 1e-3);
+    const Contacts r = contacts(plank, tilted(1), plank, rim, 1e-3);
     CHECK(r.size() >= 2);
     check_sane(r, 1, 1e-3);
 }
 
-TEST_CASE("two bodies in one place and one around the other have a way out")
+TEST_CASE(
+    "two bodies in one place and one around the other have a displacement that separates them")
 {
     for (const RigidShape& a : all_shapes())
         for (const RigidShape& b : all_shapes()) {
@@ -503,7 +505,7 @@ TEST_CASE("two bodies in one place and one around the other have a way out")
     CHECK(least_gap(c) == doctest::Approx(-3));
 }
 
-TEST_CASE("a corner that hangs over a rim does not block the way back")
+TEST_CASE("a corner that projects beyond a rim does not block the motion back")
 {
     // A block overhangs a table by 1e-4 at the table's height: nothing pushes sideways.
     const Box block{{1, 1, 0.5}};

@@ -146,7 +146,7 @@ TEST_CASE("the axis-aligned box holds the body and touches it on every side")
     CHECK(std::isinf(plane.low[2]));
 }
 
-TEST_CASE("a surface that encloses nothing is refused with every fault")
+TEST_CASE("a surface that encloses nothing is refused with all faults")
 {
     SurfaceMesh open = hexahedron(box_corners(Vec3::Ones()));
     open.triangles.pop_back();

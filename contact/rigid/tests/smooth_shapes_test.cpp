@@ -75,7 +75,7 @@ TEST_CASE("a wedge has the mass and centre and faces of its prism whichever way 
     CHECK_THROWS(make_wedge({{0, 0}, {1, 0}, {1, 0}, {0, 1}}, 1));
 }
 
-TEST_CASE("the nearest place on an ellipsoid has the way to the point along its normal")
+TEST_CASE("from the nearest place on an ellipsoid the point lies along the normal")
 {
     std::mt19937 rng{31};
     std::uniform_real_distribution<double> logarithm(-2, 0);
@@ -160,20 +160,21 @@ TEST_CASE("an ellipsoid's and a capsule's nearest contact is the distance and it
                 // Places of a: of its core, from which all of it is as far.
                 double sampled = 1e300;
                 std::int32_t near = -1;
-                const auto look = [&](const Vec3& own, double radius) {
+                const auto search = [&](const Vec3& own, double radius) {
                     const Vec3 x = pb.turn.conjugate() * (pa.place + pa.turn * own - pb.place);
                     sampled = std::min(sampled, shape_distance(b, x, near).distance - radius);
                 };
                 if (const auto* capsule = std::get_if<Capsule>(&a))
                     for (int k = 0; k <= 2000; ++k)
-                        look(Vec3{0, 0, capsule->half_length * (k / 1000.0 - 1)}, capsule->radius);
+                        search(Vec3{0, 0, capsule->half_length * (k / 1000.0 - 1)},
+                               capsule->radius);
                 else
                     for (int k = 0; k < 20000; ++k) { // a spiral
                         const double z = 1 - (2 * k + 1) / 20000.0, angle = 2.399963229728653 * k;
                         const double r = std::sqrt(1 - z * z);
-                        look(std::get<Ellipsoid>(a).radii.cwiseProduct(
-                                 Vec3{r * std::cos(angle), r * std::sin(angle), z}),
-                             0);
+                        search(std::get<Ellipsoid>(a).radii.cwiseProduct(
+                                   Vec3{r * std::cos(angle), r * std::sin(angle), z}),
+                               0);
                     }
                 CAPTURE(a.index());
                 CAPTURE(b.index());
@@ -219,10 +220,10 @@ TEST_CASE(
         REQUIRE(c.size() == 2);
         for (const double x : {-2.0, 2.0})
             CHECK(has(c, {x, 0, 0}, Vec3::UnitZ()));
-        const Contacts upright =
+        const Contacts vertical =
             contacts(capsule, {{0, 0, 2.5}, Eigen::Quaterniond::Identity()}, ground, below, 0.1);
-        REQUIRE(upright.size() == 1);
-        CHECK(upright[0].gap == doctest::Approx(0));
+        REQUIRE(vertical.size() == 1);
+        CHECK(vertical[0].gap == doctest::Approx(0));
     }
     // Over a box that is shorter: where it crosses the outline of its top.
     const Contacts bridge = contacts(capsule, lying, Box{{1, 1, 0.5}},
@@ -282,7 +283,7 @@ TEST_CASE("round shapes against walls have the contacts that they have with the 
         CHECK(has(across, {side * 0.6, 0, 0}, {-side, 0, 0}, 1e-9));
 }
 
-TEST_CASE("drawn ellipsoids and capsules are closed and a little smaller than the shape")
+TEST_CASE("triangulated ellipsoids and capsules are closed and a little smaller than the shape")
 {
     for (const RigidShape& shape :
          {RigidShape(Ellipsoid{{3, 2, 1}}), RigidShape(Capsule{0.5, 2})}) {

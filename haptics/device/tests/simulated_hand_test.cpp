@@ -60,7 +60,7 @@ TEST_CASE("friction stops a device and does not pull it back")
     CHECK(std::abs(x - std::round(x)) < 1e-9);
 }
 
-TEST_CASE("profiles are found by name and an unknown one is reported the nearest")
+TEST_CASE("profiles are found by name, and of an unknown one the nearest is reported")
 {
     CHECK(device_profile("omega.3").max_stiffness == 5000);
     CHECK(device_profile("touch").max_force == 3.3);

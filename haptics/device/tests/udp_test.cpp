@@ -67,7 +67,7 @@ TEST_CASE("a packet means what it specifies byte by byte")
     CHECK(w.torque == Vec3(4, 5, 6));
 }
 
-TEST_CASE("poses come and forces return and old or foreign packets are left aside and silence is "
+TEST_CASE("poses are received and forces sent, old or foreign packets are ignored and silence is "
           "reported")
 {
     UdpDevice device("0");
@@ -135,7 +135,7 @@ TEST_CASE("a pose was measured when the sender's clock states and where that is 
     }
 }
 
-TEST_CASE("what is no number passes through to the loop which must see it")
+TEST_CASE("what is no number is passed on to the loop, which must check it")
 {
     UdpDevice device("0");
     Client client(device.port());

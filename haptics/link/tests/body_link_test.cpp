@@ -2,12 +2,13 @@
 #include "haptics/link/body_link.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/loop/haptic_loop.hpp"
-#include "haptics/summary.hpp"
-#include "haptics/virtual_time.hpp"
-#include "solver/scene/build.hpp"
+#include "haptics/time/summary.hpp"
+#include "haptics/time/virtual_time.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <doctest/doctest.h>
 #include <string>
 
@@ -41,6 +42,56 @@ const char* const kBall = R"({
     "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01},
              "start": {"place": [0, 0, 0.011]}}
   },
+  "contact": [{"between": ["ball", "floor"], "friction": 0.3}],
+  "haptic": {"handle": "ball", "device": "touch"},
+  "time": {"step": 0.05, "end": 2}
+})";
+
+/// A rigid ball over the middle of a rod that is clamped at both ends, in the way of a wire.
+const char* const kBar = R"({
+  "schema": 1,
+  "bodies": {
+    "bar": {"kind": "rod", "segments": [{"length": 0.1, "radius": 5e-4, "EI": 1e-3, "element": 5e-3,
+                                         "density": 1000}],
+            "shape": {"start": [0, -0.05, 0], "direction": [0, 1, 0]},
+            "hold": [{"set": "start"}, {"set": "end"}]},
+    "wire": {"kind": "beam", "segments": [{"length": 0.1, "radius": 2e-4, "EI": 1e-5, "element": 5e-3,
+                                           "density": 1000}],
+             "introducer": {"at": [0.05, 0, 0.0105], "direction": [-1, 0, 0]},
+             "drive": {"insertion": [[0, 0.03], [10, 0.03]]}},
+    "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01},
+             "start": {"place": [0, 0, 0.0106]}}
+  },
+  "contact": [{"between": ["ball", "bar"], "friction": 0.3}, {"between": ["ball", "wire"]}],
+  "haptic": {"handle": "ball", "device": "touch"},
+  "time": {"step": 0.05, "end": 2}
+})";
+
+/// An elastic pad over the same rod.
+const char* const kPad = R"({
+  "schema": 1,
+  "bodies": {
+    "bar": {"kind": "rod", "segments": [{"length": 0.1, "radius": 5e-4, "EI": 1e-3, "element": 5e-3}],
+            "shape": {"start": [0, -0.05, 0], "direction": [0, 1, 0]},
+            "hold": [{"set": "start"}, {"set": "end"}]},
+    "pad": {"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+            "mesh": {"generate": "box", "size": [0.01, 0.01, 0.01], "cells": [2, 2, 2], "element": "H8"},
+            "start": {"place": [0, 0, 0.0056]}, "hold": [{"set": "z_max"}], "drive": {"z": 0}}
+  },
+  "contact": [{"between": ["pad", "bar"], "friction": 0.3}],
+  "haptic": {"handle": "pad", "device": "touch"},
+  "time": {"step": 0.05, "end": 2}
+})";
+
+/// A rigid ball on a spring.
+const char* const kSpring = R"({
+  "schema": 1,
+  "bodies": {
+    "ball": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.01}},
+    "floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -0.1]}}
+  },
+  "couplings": [{"kind": "spring", "between": ["ball", "world"], "at": [0, 0, 0], "to": [0, 0, 0.1],
+                 "stiffness": 300}],
   "contact": [{"between": ["ball", "floor"], "friction": 0.3}],
   "haptic": {"handle": "ball", "device": "touch"},
   "time": {"step": 0.05, "end": 2}
@@ -103,8 +154,55 @@ TEST_CASE("a rigid handle on a floor hangs on its spring: F = k depth and slides
     CHECK(w.link.report().error <= w.link.report().threshold);
 }
 
+TEST_CASE("a hand that presses a ball on a clamped rod feels 192 EI / L^3, and a wire beside it")
+{
+    const double own = 192 * 1e-3 / std::pow(0.1, 3); // [N/m]
+    for (const bool moving : {false, true}) {
+        CAPTURE(moving);
+        std::string text = kBar;
+        if (moving)
+            text.replace(text.find(R"("step": 0.05)"), 12, R"("kind": "dynamic", "step": 0.05)");
+        BodyWorld w(text.c_str());
+        const double k = w.set.link.spring.stiffness;
+        REQUIRE(w.link.step(w.link.start()));
+        const HandPose down = at(w.link.start(), {0, 0, -0.0011}); // 1 mm below where it touches
+        for (int i = 0; i < (moving ? 60 : 2); ++i)
+            REQUIRE(w.link.step(down));
+        CHECK(w.link.held().force().force.z() ==
+              doctest::Approx(k * own / (k + own) * 1e-3).epsilon(0.01));
+        CHECK(w.link.beam_records().size() == 2);
+        CHECK(w.link.body_records().size() == 1);
+        // The operator has the same compliance: a little deeper, before the next step.
+        ReducedOperator<double> op(300);
+        REQUIRE(w.link.publish(op, 0.1, 1));
+        if (moving) continue; // inertia of the rod resists, within a step
+        ProxyOptions options;
+        options.tolerance = 1e-10;
+        options.max_sweeps = 2000;
+        ProxyLoop<double> loop(300, options);
+        REQUIRE(loop.take(op, 0));
+        HandPose deeper = down;
+        deeper.position.z() -= 2e-4;
+        CHECK(loop.tick(deeper, 1e-3).wrench.force.z() ==
+              doctest::Approx(k * own / (k + own) * 1.2e-3).epsilon(0.01));
+        // Towards the wire's tip it is pushed back.
+        REQUIRE(w.link.step(at(w.link.start(), {0.0105, 0, 0})));
+        CHECK(w.link.held().force().force.x() < -0.01);
+    }
+}
+
+TEST_CASE("a hand that pulls at a spring feels it beside its own")
+{
+    BodyWorld w(kSpring);
+    const double k = w.set.link.spring.stiffness, own = 300;
+    REQUIRE(w.link.step(w.link.start()));
+    REQUIRE(w.link.step(at(w.link.start(), {0, 0, -0.002})));
+    CHECK(w.link.held().force().force.z() ==
+          doctest::Approx(k * own / (k + own) * 0.002).epsilon(1e-6));
+}
+
 TEST_CASE(
-    "a rigid handle whose pairs are written as a wildcard meets what stands still with their law")
+    "a rigid handle whose pairs are written as a wildcard touches what stands still with their law")
 {
     // By itself "*" leaves out pairs of what is driven and what stands still.
     std::string every = kBall, both = kBall, own = kPlate;
@@ -134,7 +232,7 @@ TEST_CASE(
 
 TEST_CASE("the reduced operator gives the force of the full step at its pose")
 {
-    for (const char* text : {kBed, kBall}) {
+    for (const char* text : {kBed, kBall, kBar, kPad}) {
         BodyWorld w(text);
         REQUIRE(w.link.step(w.link.start()));
         for (int k = 1; k <= 12; ++k) {

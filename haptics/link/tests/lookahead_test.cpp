@@ -1,6 +1,6 @@
 #include "haptics/link/settings.hpp"
 #include "haptics/loop/proxy_loop.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>
@@ -70,7 +70,7 @@ template <class Shift> Predicted predict(const Shift& shift)
 TEST_CASE("a rod among balls is predicted in each tick where it falls and where the hand turns" *
           doctest::test_suite("slow"))
 {
-    // Along its axis, across, and back, with as long a way in a tick as looks are apart.
+    // Along its axis, across, and back, with as long a displacement in a tick as between two samples.
     const auto leg = [](int tick, int from, int to) {
         return 1e-4 * std::clamp(tick - from, 0, to - from);
     };

@@ -2,9 +2,9 @@
 #include "haptics/link/held_rod.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/link/wire_link.hpp"
-#include "haptics/summary.hpp"
-#include "haptics/virtual_time.hpp"
-#include "solver/scene/build.hpp"
+#include "haptics/time/summary.hpp"
+#include "haptics/time/virtual_time.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <Eigen/Eigenvalues>
@@ -108,7 +108,7 @@ ProxyOptions exact()
     return options;
 }
 
-/// Moved by the simulated hand that wants the scene's path.
+/// Moved by the simulated hand along the scene's path.
 /// @param latency  periods that a step takes
 std::vector<TickRecord> play(WireWorld& w, HapticLoop<float>& loop, int latency = 1)
 {
@@ -134,7 +134,8 @@ std::vector<TickRecord> play(WireWorld& w, HapticLoop<float>& loop, int latency 
 
 } // namespace
 
-TEST_CASE("a wire's base hangs on its spring: pushed against a wall it gives what both give")
+TEST_CASE(
+    "a wire's base hangs on its spring: pushed against a wall it is as compliant as both together")
 {
     WireWorld w(kStub);
     const double k = w.set.link.spring.stiffness;
@@ -309,7 +310,7 @@ TEST_CASE("contacts of a wire whose turn comes within a period are predicted whe
     CHECK(worst < 0.01);
 }
 
-TEST_CASE("two fingers push and twist a wire and a hand moves a rod: no energy is given to them" *
+TEST_CASE("two fingers push and twist a wire and a hand moves a rod: they receive no energy" *
           doctest::test_suite("slow"))
 {
     for (const char* text : {kTube, kRod}) {
@@ -400,7 +401,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
     CHECK(whole.newton.iterations > 300); // [regression] our own run
     CHECK(parts >= 4);                    // [regression] our own run
     CHECK(longest < 60 + 60); // [regression] an increment more, and what it took to find its pull
-    // Friction remembers increments that are others.
+    // Friction depends on the increments, which differ.
     const double way = (tip - before.nodes.back().position()).norm();
     CHECK(way > 5e-3);
     CHECK((tip - body.wire.state.nodes.back().position()).norm() <
@@ -409,7 +410,7 @@ TEST_CASE("a snap in parts ends where it does in one piece and each part has its
           0.05 * force.norm()); // [regression] our own run
 }
 
-TEST_CASE("by the clock a rod's snaps continue over several steps and the hand is not jerked" *
+TEST_CASE("in real time a rod's snaps continue over several steps and the force does not jump" *
           doctest::test_suite("slow"))
 {
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"), true);
@@ -425,7 +426,7 @@ TEST_CASE("by the clock a rod's snaps continue over several steps and the hand i
 TEST_CASE("no operator is singular where a rod is about to fall off a ball" *
           doctest::test_suite("slow"))
 {
-    // Pressed into the balls and across them in steps so short that they meet every balance that
+    // Pressed into the balls and across them in steps so short that they reach every balance that
     // ends on the way. Springs that are just enough to hold the rod there give a stiffness of
     // -440 N/m; the force of the full simulation changes by 0.06 N in all.
     WireWorld w(read_scene(AMONTONS_SOURCE_DIR "/examples/haptic_rod/scene.json"));
@@ -453,7 +454,7 @@ TEST_CASE("no operator is singular where a rod is about to fall off a ball" *
     CHECK(min_stiffness > -100); // [regression] -440 without, see above
 }
 
-TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall" *
+TEST_CASE("with operators that are 50 ms old a rod that is about to fall does not oscillate" *
           doctest::test_suite("slow"))
 {
     // One was made 40 ms before the fall: stable by so little that 1 mm of the hand moved nodes by
@@ -471,7 +472,7 @@ TEST_CASE("operators that are 50 ms old do not swing a rod that is about to fall
           0.035); // [regression] 0.031 N where the full simulation falls, see above
 }
 
-TEST_CASE("a base that turns on and on is followed")
+TEST_CASE("a base that turns without end is followed")
 {
     WireWorld w(kTube);
     w.follow(1);
@@ -530,19 +531,22 @@ TEST_CASE("a beam that cannot be held is refused and why")
         }
         return std::string();
     };
-    const auto says = [](const std::string& text, const char* words) {
+    const auto contains = [](const std::string& text, const char* words) {
         CAPTURE(text);
         CHECK(text.find(words) != std::string::npos);
     };
-    says(refusal(std::string(kRod), R"("time": {)", R"("time": {"kind": "dynamic", )"),
-         "quasi_static");
-    says(refusal(kTube, R"("speed": 0.1)", R"("speed": 0.1, "damping": 1)"), "/haptic/damping");
-    says(refusal(kTube, R"("handle": "wire")", R"("handle": "wire", "kind": "rigid")"), "beam");
-    says(refusal(kRod, R"({"set": "start", )", R"({"set": "end"}, {"set": "start", )"), "/hold");
-    says(refusal(kRod, R"("rod": {"kind": "rod",)",
-                 R"("rod": {"kind": "rod", "loads": [{"set": "end", "force": [0, 0, 1]}],)"),
-         "/loads");
-    says(refusal(kRod, R"("haptic": {)", R"("gravity": [0, 0, -9.81], "haptic": {)"), "no weight");
-    says(refusal(kRod, R"("friction": 0.2)", R"("friction": 0.2, "sliding": "small")"), "sliding");
-    says(refusal(kRod, "[0.04, 0, -0.014]", "[0.04, 0, -0.004]"), "inside near");
+    contains(refusal(std::string(kRod), R"("time": {)", R"("time": {"kind": "dynamic", )"),
+             "quasi_static");
+    contains(refusal(kTube, R"("speed": 0.1)", R"("speed": 0.1, "damping": 1)"), "/haptic/damping");
+    contains(refusal(kTube, R"("handle": "wire")", R"("handle": "wire", "kind": "rigid")"), "beam");
+    contains(refusal(kRod, R"({"set": "start", )", R"({"set": "end"}, {"set": "start", )"),
+             "/hold");
+    contains(refusal(kRod, R"("rod": {"kind": "rod",)",
+                     R"("rod": {"kind": "rod", "loads": [{"set": "end", "force": [0, 0, 1]}],)"),
+             "/loads");
+    contains(refusal(kRod, R"("haptic": {)", R"("gravity": [0, 0, -9.81], "haptic": {)"),
+             "no weight");
+    contains(refusal(kRod, R"("friction": 0.2)", R"("friction": 0.2, "sliding": "small")"),
+             "sliding");
+    contains(refusal(kRod, "[0.04, 0, -0.014]", "[0.04, 0, -0.004]"), "inside near");
 }

@@ -72,7 +72,7 @@ struct Rig {
 
 } // namespace
 
-TEST_CASE("a device that falls silent while its motion is damped is left with no force")
+TEST_CASE("a device that sends nothing while its motion is damped gets no force")
 {
     // Away at 0.95 m/s: what was earned does not pay for that, and the motion is damped.
     Rig rig(true);
@@ -93,7 +93,7 @@ TEST_CASE("a device that falls silent while its motion is damped is left with no
     CHECK(rig.record.state == SafetyState::device_lost);
 }
 
-TEST_CASE("in every fault the controller takes away and adds nothing")
+TEST_CASE("in every fault the controller reduces the force and adds nothing")
 {
     Rig rig(true);
     while (rig.time() < 0.02)
@@ -139,7 +139,7 @@ TEST_CASE("after a jump of the device the handle is where it was and the force c
     }
 }
 
-TEST_CASE("a force above the device's largest comes back as a ramp of what the device can give")
+TEST_CASE("a force above the device's largest returns as a ramp up to the device's limit")
 {
     // Through the floor too fast to be a jump: the handle is 60 mm below, 60 N are computed.
     for (const bool control : {false, true}) {
@@ -166,7 +166,7 @@ TEST_CASE("a force above the device's largest comes back as a ramp of what the d
     }
 }
 
-TEST_CASE("credit outlives an operator that came late")
+TEST_CASE("credit is kept over an operator that arrives late")
 {
     Rig rig(true);
     rig.press(0.004, 0.8);
@@ -185,7 +185,7 @@ TEST_CASE("credit outlives an operator that came late")
     CHECK(rig.record.sent.force[2] == doctest::Approx(held).epsilon(0.01));
 }
 
-TEST_CASE("of operators that came before the device's first pose nothing is bled off")
+TEST_CASE("operators that arrive before the device's first pose lose no force")
 {
     // At the origin, where the loop's pose is before there is one, the tool would be in the floor:
     // an operator for elsewhere has jumped, the loop solved it by itself there, and the hand was to

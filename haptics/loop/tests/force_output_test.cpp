@@ -105,7 +105,7 @@ TEST_CASE("whatever poses clocks operators and faults do a force never jumps up"
         double slow = random.chance(0.3) ? 1e-2 : 0; // from pose to pose
         double measured = -1;
         Vec3 x{0, 0, 0.002}, v{0, 0, 0}, target = x, last_sent_pose = x, last_step{0, 0, 0};
-        HandPose told;
+        HandPose reported;
         for (int k = 0; k < 1500; ++k) {
             time += kLawTick * (random.chance(0.02) ? std::floor(random(2, 20)) : 1);
             if (random.chance(0.01))
@@ -118,7 +118,7 @@ TEST_CASE("whatever poses clocks operators and faults do a force never jumps up"
             if (random.chance(0.002)) operators_until = time + random(0.02, 0.4);
             if (time >= next_operator && time >= operators_until) {
                 bed.k = random(200, 4000);
-                publish(buffer.back(), bed, loop.handle_of(told), time, std::uint64_t(k + 1));
+                publish(buffer.back(), bed, loop.handle_of(reported), time, std::uint64_t(k + 1));
                 buffer.publish();
                 next_operator = time + 0.02;
             }
@@ -128,17 +128,17 @@ TEST_CASE("whatever poses clocks operators and faults do a force never jumps up"
             DeviceSample sample;
             if (!silent && time - measured >= slow) {
                 measured = time;
-                told.position = x;
+                reported.position = x;
             }
             const bool repeats = silent && time - measured < 0.01 && random.chance(0.9);
             sample.time = measured;
-            sample.pose = told;
+            sample.pose = reported;
             sample.valid = (!silent || repeats) && !missing;
             const bool broken = seed % 10 == 0 && k == 1200;
             if (broken) sample.pose.position[0] = std::nan("");
             const bool new_pose = sample.valid && !broken && measured == time;
-            const Vec3 step = new_pose ? Vec3(told.position - last_sent_pose) : Vec3(0, 0, 0);
-            if (new_pose) last_sent_pose = told.position;
+            const Vec3 step = new_pose ? Vec3(reported.position - last_sent_pose) : Vec3(0, 0, 0);
+            if (new_pose) last_sent_pose = reported.position;
             const TickRecord r = loop.tick(sample, buffer, time, seed % 10 == 5 && k > 1300);
             laws.check(r, new_pose, step);
             limited += r.state == SafetyState::limited;
@@ -161,7 +161,7 @@ TEST_CASE("whatever poses clocks operators and faults do a force never jumps up"
     CHECK(faults > 100);
 }
 
-TEST_CASE("poses that stop and poses that jump raise no force that control holds down")
+TEST_CASE("poses that stop and poses that jump raise no force that control limits")
 {
     // Pressed before the force was earned: control holds it down. Then the device falls silent, or
     // jumps.
@@ -205,7 +205,7 @@ TEST_CASE("poses that stop and poses that jump raise no force that control holds
         }
 }
 
-TEST_CASE("a force that comes in gives no energy without control either")
+TEST_CASE("a force that is ramped up generates no energy without control either")
 {
     // In and out twice a second from the start: 8.6 mJ if the ramp did not care.
     for (const bool ramp : {true, false}) {

@@ -51,7 +51,7 @@ struct Run {
         publish(first, bed, {{0, 0, -0.001}, Eigen::Quaterniond::Identity()}, 0, 1);
         bed.points.resize(50);
         publish(second, bed, {{0.001, 0, -0.001}, turn({0, 0.01, 0})}, 0.02, 2);
-        // A fall that is predicted, within the operator's ticks, and looks on the way to it.
+        // A fall that is predicted, within the operator's ticks, and samples on the path to it.
         const ReducedOperator<float> fallen = first;
         for (ReducedOperator<float>* op : {&first, &second}) { // the same memory: copies take none
             op->after.push_back(fallen);
@@ -59,7 +59,7 @@ struct Run {
         }
         second.ways = 1;
         second.way[0].ahead << 1e3, 0, 0, 0, 0, 0;
-        second.way[0].looks = 1;
+        second.way[0].samples = 1;
         second.way[0].at[0] = 1;
         second.jump_at = 2;
         for (int slot = 0; slot < 3; ++slot) {
@@ -101,7 +101,7 @@ TEST_CASE("ticks and hand-overs allocate nothing")
     CHECK(copied > after);
 }
 
-TEST_CASE("the counter of allocations sees those of Eigen which asks malloc")
+TEST_CASE("the counter of allocations counts those of Eigen, which calls malloc")
 {
 #if defined(__GLIBC__) && !defined(AMONTONS_SANITIZED)
     const long before = allocations;
@@ -153,7 +153,7 @@ TEST_CASE("ticks and hand-overs make no system call")
     };
     const int status = child(false);
     if (WIFEXITED(status) && WEXITSTATUS(status) == kSkipped) {
-        skip_test("no seccomp: the kernel, or what this runs in, does not let a process forbid "
+        skip_test("no seccomp: the kernel, or the container, does not allow a process to forbid "
                   "itself calls");
         return;
     }

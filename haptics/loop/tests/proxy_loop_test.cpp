@@ -1,6 +1,6 @@
 #include "haptics/loop/proxy_loop.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "haptics/tests/closed_forms.hpp"
 #include "haptics/tests/scenes.hpp"
 
@@ -72,7 +72,7 @@ TEST_CASE_TEMPLATE("F03: dragged with friction the proxy lags by mu times the de
         CHECK((F - last).norm() < 500 * 0.1 * 1e-3 * (1 + 1e-3));
         last = F;
     }
-    // Friction remembers: on the way back it sticks first, and holds the other way after 5 mm.
+    // Friction has a history: on the way back it sticks first, and is reversed after 5 mm.
     for (int k = 1; k <= 100; ++k) {
         const Vec3 F = loop.tick(at({0.02 - 1e-4 * k, 0, -0.005}), 0.2 + 1e-3 * k).wrench.force;
         CHECK(std::abs(F[0] - std::min(-1.25 + 500 * 1e-4 * k, 1.25)) <= kExact<Real> * 2.5);
@@ -295,7 +295,7 @@ double counted_time()
 
 } // namespace
 
-TEST_CASE("a tick that meets a new operator keeps to the budget of a tick")
+TEST_CASE("a tick with a new operator stays within the budget of a tick")
 {
     // A bed of 225 contacts whose simulation snaps by 3 mm: the new operator is solved by itself,
     // from no force, and then for the pose of the tick.
@@ -356,7 +356,7 @@ TEST_CASE("a tick that meets a new operator keeps to the budget of a tick")
     }
 }
 
-TEST_CASE("an operator with numbers that are none gives no force and poisons nothing")
+TEST_CASE("an operator with values that are not finite results in no force and spreads nowhere")
 {
     ReducedOperator<float> good = planes<float>({Vec3::UnitZ()}, 0.5, 500), bad = good;
     bad.contact[0].J(0, 2) = std::nan("");
@@ -373,9 +373,9 @@ TEST_CASE("an operator with numbers that are none gives no force and poisons not
     CHECK(loop.tick(at({0, 0, -0.001}), 3).wrench.force[2] == doctest::Approx(0.5));
 }
 
-TEST_CASE("contacts that pass their force from one to the next are solved at once")
+TEST_CASE("contacts that pass their force from one to the next are solved together")
 {
-    // Points 1 mm apart on a wire that a wavy wall meets: W is so smooth that sweeps creep, and it
+    // Points 1 mm apart on a wire along a wavy wall: W is so smooth that sweeps converge slowly, and it
     // takes most of the contacts to open.
     constexpr int n = 12;
     ReducedOperator<double> op(n);
@@ -406,8 +406,7 @@ TEST_CASE("contacts that pass their force from one to the next are solved at onc
     CHECK(tick.closed < n);
 }
 
-TEST_CASE(
-    "where a new operator's normals have turned the force changes over to it and does not drop")
+TEST_CASE("where a new operator's normals have turned the force changes to it and does not drop")
 {
     // A point slides on a wall and sways easily across it, as the end of a rod on a ball does: 17
     // degrees later its friction lies outside the cone.

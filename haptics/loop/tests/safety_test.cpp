@@ -41,7 +41,7 @@ struct Scene {
 
 } // namespace
 
-TEST_CASE("the force comes in over half a second")
+TEST_CASE("the force is ramped up over half a second")
 {
     Scene s;
     double last = 0;
@@ -61,7 +61,7 @@ TEST_CASE("every fault takes the force to zero in 50 ms without a step and state
     const struct {
         SafetyState state;
         Spoil spoil;
-        bool comes_back;
+        bool returns;
     } faults[] = {
         {SafetyState::not_a_number,
          [](SafetyInput& in, Wrench&) { in.device.position[0] = std::nan(""); }, false},
@@ -80,29 +80,28 @@ TEST_CASE("every fault takes the force to zero in 50 ms without a step and state
         while (s.k < 1001)
             last = s.tick();
         int down = 0;
-        bool told = false;
+        bool reported = false;
         for (int k = 0; k < 80; ++k) {
             const double f = s.tick(fault.spoil);
-            told = told || s.safety.state() == fault.state;
+            reported = reported || s.safety.state() == fault.state;
             CHECK(last - f <= 4 * kPeriod / 0.05 + 1e-12);
-            if (told) CHECK(f <= last);
-            if (told && f > 0) ++down;
+            if (reported) CHECK(f <= last);
+            if (reported && f > 0) ++down;
             last = f;
         }
-        CHECK(told);
+        CHECK(reported);
         CHECK(s.safety.last_fault() == fault.state);
         CHECK(last == 0);
         CHECK(down <= 50);
         CHECK(std::string(reason(fault.state)).find("force") != std::string::npos);
         for (int k = 0; k < 1000; ++k)
             last = s.tick();
-        CHECK((last > 3.99) == fault.comes_back);
-        if (!fault.comes_back) CHECK(s.safety.state() == fault.state);
+        CHECK((last > 3.99) == fault.returns);
+        if (!fault.returns) CHECK(s.safety.state() == fault.state);
     }
 }
 
-TEST_CASE("an operator that ages loses stiffness evenly and one that comes brings it back as at "
-          "the start")
+TEST_CASE("an operator that ages loses stiffness evenly and a new one restores it as at the start")
 {
     for (const double silent : {0.1, 0.5}) { // [s]; at 9 periods of 0.02 s none is left
         CAPTURE(silent);
@@ -120,10 +119,10 @@ TEST_CASE("an operator that ages loses stiffness evenly and one that comes bring
             CHECK(f <= least);
             least = f;
         }
-        const bool gone = silent > 0.2;
+        const bool vanished = silent > 0.2;
         CHECK(s.safety.state() ==
-              (gone ? SafetyState::stale_operator : SafetyState::aged_operator));
-        CHECK(s.safety.faults() == (gone ? 1 : 0));
+              (vanished ? SafetyState::stale_operator : SafetyState::aged_operator));
+        CHECK(s.safety.faults() == (vanished ? 1 : 0));
         last = least;
         for (int k = 0; k < 1000; ++k) {
             const double f = s.tick();
@@ -135,7 +134,7 @@ TEST_CASE("an operator that ages loses stiffness evenly and one that comes bring
     }
 }
 
-TEST_CASE("a force is lost 50 ms after a fault however few ticks come")
+TEST_CASE("a force is zero 50 ms after a fault however few ticks there are")
 {
     for (const int late : {1, 3, 7, 80}) { // periods from tick to tick
         CAPTURE(late);
@@ -143,21 +142,21 @@ TEST_CASE("a force is lost 50 ms after a fault however few ticks come")
         while (s.k < 1001)
             s.tick();
         const int begin = s.k;
-        double last = 4, gone = -1;
-        while (gone < 0 && s.k < begin + 1000) {
+        double last = 4, vanished = -1;
+        while (vanished < 0 && s.k < begin + 1000) {
             const double f = s.tick([](SafetyInput& in, Wrench&) { in.device.position[0] = NAN; });
             const double share = (s.k - begin) * kPeriod / 0.05; // what is lost by now
             CHECK(f == doctest::Approx(4 * std::max(0.0, 1 - share)));
             CHECK(f <= last);
-            if (f == 0) gone = (s.k - begin) * kPeriod;
+            if (f == 0) vanished = (s.k - begin) * kPeriod;
             last = f;
             s.k += late - 1;
         }
-        CHECK(gone < 0.05 + late * kPeriod);
+        CHECK(vanished < 0.05 + late * kPeriod);
     }
 }
 
-TEST_CASE("a force comes back no faster for ticks that are left out")
+TEST_CASE("a force returns no faster for ticks that are left out")
 {
     Scene s;
     double last = 0;
@@ -291,7 +290,8 @@ TEST_CASE("interpolation reaches a far force in equal steps and leaves a near on
     CHECK(limiter.ticks_interpolated() == 10);
 }
 
-TEST_CASE("a spring that gives back more than it took is caught and one that does not is let be")
+TEST_CASE(
+    "a spring that returns more energy than it took is limited and one that does not is left alone")
 {
     // Pressed at 0.1 m/s to 5 mm and released: stiffness on the way back 1.5 times that before.
     for (const double back : {1.0, 1.5}) {
@@ -315,15 +315,15 @@ TEST_CASE("a spring that gives back more than it took is caught and one that doe
 
 TEST_CASE("energy is kept where a pose comes every 10 ticks only")
 {
-    // As above, half as stiff going in as coming out.
+    // As above, half as stiff on the way in as on the way out.
     Passivity observer({false}), control;
     for (int k = 0; k <= 400; ++k) {
-        const int told = k - k % 10;
+        const int reported = k - k % 10;
         const auto depth = [](int n) { return 2.5e-5 * std::min(n, 400 - n); };
-        const HandPose pose{{0, 0, -depth(told)}, Eigen::Quaterniond::Identity()};
-        const Wrench wrench{{0, 0, 500 * (k > 200 ? 2 : 1) * depth(told)}, {0, 0, 0}};
+        const HandPose pose{{0, 0, -depth(reported)}, Eigen::Quaterniond::Identity()};
+        const Wrench wrench{{0, 0, 500 * (k > 200 ? 2 : 1) * depth(reported)}, {0, 0, 0}};
         for (Passivity* p : {&observer, &control}) {
-            if (k == told) p->observe(pose, k * kPeriod);
+            if (k == reported) p->observe(pose, k * kPeriod);
             p->allow(wrench, kFree);
         }
     }

@@ -41,7 +41,7 @@ Sample some_element(std::mt19937& rng)
     return s;
 }
 
-BeamNode moved(BeamNode n, const Vec12& y, int end)
+BeamNode rod_node_moved(BeamNode n, const Vec12& y, int end)
 {
     for (int k = 0; k < 3; ++k)
         n.x[k] += y[6 * end + k];
@@ -65,13 +65,14 @@ TEST_CASE("the corotational element's forces and tangent are the derivatives of 
             Mat12 unused;
             y[i] = kStep;
             const auto energy = [&](const Vec12& d) {
-                return corotational_energy(moved(s.a, d, 0), moved(s.b, d, 1), s.law, s.natural);
+                return corotational_energy(rod_node_moved(s.a, d, 0), rod_node_moved(s.b, d, 1),
+                                           s.law, s.natural);
             };
             CHECK(std::abs((energy(y) - energy(-y)) / (2 * kStep) - g[i]) < 1e-7 * g.norm());
-            corotational_element(moved(s.a, y, 0), moved(s.b, y, 1), s.law, s.natural, after,
-                                 unused);
-            corotational_element(moved(s.a, -y, 0), moved(s.b, -y, 1), s.law, s.natural, before,
-                                 unused);
+            corotational_element(rod_node_moved(s.a, y, 0), rod_node_moved(s.b, y, 1), s.law,
+                                 s.natural, after, unused);
+            corotational_element(rod_node_moved(s.a, -y, 0), rod_node_moved(s.b, -y, 1), s.law,
+                                 s.natural, before, unused);
             Vec12 column = (after - before) / (2 * kStep);
             // The gradient stands in axes that turn with the body: half of that is no stiffness.
             const int end = i / 6;

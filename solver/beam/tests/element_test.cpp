@@ -246,7 +246,7 @@ TEST_CASE("strains do not change when all is moved and turned together nor when 
     }
 }
 
-TEST_CASE("four elements at once give what they give one by one")
+TEST_CASE("four elements at once have the results of each alone")
 {
     const int n = 11;
     const Chain c = random_chain(n, 11, 0.5);

@@ -106,7 +106,7 @@ struct ChainSystem {
     }
 };
 
-/// Of the first node that is out only what the sheath lets free.
+/// Of the first node that is out only the unknowns that the sheath leaves free.
 inline bool is_free(const Wire& w, int node, int unknown)
 {
     return node > w.state.first || unknown == 0 || unknown == 3;

@@ -195,7 +195,7 @@ TEST_CASE("contacts with a soft wall: the whole derivative is that of wall and p
 }
 
 TEST_CASE(
-    "without friction there is a potential: points held on a soft wall feel symmetric springs")
+    "without friction there is a potential: points held on a soft wall are on symmetric springs")
 {
     SoftTube tube = twice_bent_tube(0);
     Pressed p = some_points(tube);
@@ -223,7 +223,8 @@ TEST_CASE(
     CHECK((springs - springs.transpose()).norm() < 1e-9 * springs.norm());
 }
 
-TEST_CASE("forces under which a soft wall has no shape are called so without an evaluation around")
+TEST_CASE(
+    "forces under which a soft wall has no equilibrium are reported without evaluations around it")
 {
     SoftTube tube = twice_bent_tube(0);
     BeamSegment g;

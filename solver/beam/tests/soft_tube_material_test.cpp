@@ -54,7 +54,7 @@ WallState settled(SoftTube& tube, const std::vector<TubeForce>& forces)
 
 } // namespace
 
-TEST_CASE("at rest a hyperelastic wall answers as a linear one")
+TEST_CASE("at rest a hyperelastic wall has the compliance of a linear one")
 {
     for (const ElementKind kind : {ElementKind::H8, ElementKind::T10}) {
         const double nu = 0.4;

@@ -21,7 +21,7 @@ TEST_CASE("a table's law is straight between its points and continues beyond the
     CHECK(law.at(0).energy == 0);
     CHECK(law.beyond(0.7).force == 0);
     CHECK(law.beyond(3).force == test::relative(4.5 - 6).epsilon(1e-14));
-    // Corners are rounded: of the stiffness 2 and 1/2 that meet, half of the way in the middle.
+    // Corners are rounded: between the stiffnesses 2 and 1/2 the middle has their mean.
     CHECK(law.at(2).stiffness == test::relative(1.25).epsilon(1e-14));
     CHECK(law.at(2).force == test::relative(4 - 1.5 * 0.1 / 4).epsilon(1e-14));
 }

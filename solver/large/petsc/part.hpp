@@ -5,7 +5,7 @@
 #include <vector>
 
 // A rank's share of a solid: its nodes, and every element that has one of them. Elements at a
-// border are on both sides, so that each rank fills its own rows without asking the others.
+// border are on both sides, so that each rank fills its own rows without communication.
 
 namespace amontons {
 
@@ -41,6 +41,8 @@ struct OwnRows {
     std::vector<std::int32_t> start, column; ///< new numbers of degrees of freedom
     std::vector<double> value;
 };
+/// Rows of the stiffness of a rank's own nodes [N/m].
+/// @throws std::runtime_error  more than 2^31 entries
 OwnRows assemble_rows(const Part& part);
 
 } // namespace amontons

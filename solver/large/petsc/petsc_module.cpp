@@ -30,7 +30,7 @@ constexpr PetscInt kReached = 20;      // residuals below this times the smalles
 
 enum class Work : int { make, blocks, solve, drop, peak, finish };
 
-/// What rank 0 asks of all.
+/// Orders of rank 0 to all.
 struct Order {
     int work = 0, id = 0, flags = 0, most = 0;
     std::int64_t count = 0;
@@ -279,7 +279,7 @@ void relax_by_nodes(LargeSolid& s)
     check(KSPSetOperators(finest, s.A, s.A));
 }
 
-/// What the solve asks for is filled: iterations, reached, ending.
+/// The requested outputs of a solve are filled: iterations, reached, ending.
 void solve(LargeSolid& s, AmontonsLargeSolve& how)
 {
     double size = 0;
@@ -307,7 +307,7 @@ void solve(LargeSolid& s, AmontonsLargeSolve& how)
         check(KSPGetConvergedReason(s.solver, &reason));
     };
     run();
-    // CG ends where a cycle of multigrid is not positive definite; GMRES does not ask for that.
+    // CG ends where a cycle of multigrid is not positive definite; GMRES does not require that.
     if (reason == KSP_DIVERGED_INDEFINITE_PC || reason == KSP_DIVERGED_INDEFINITE_MAT) {
         set_method(s, false);
         run();
@@ -390,7 +390,7 @@ void share_blocks(std::vector<std::int32_t>& node, std::vector<double>& value, s
     MPI_Bcast(value.data(), int(value.size()), MPI_DOUBLE, 0, MPI_COMM_WORLD);
 }
 
-/// On the other ranks: what rank 0 asked for. @return  false after the last order
+/// On the other ranks: executes an order of rank 0. @return  false after the last order
 bool obey(const Order& o)
 {
     switch (Work(o.work)) {

@@ -7,7 +7,7 @@
 // (solver/module.hpp), and its callers depend neither on PETSc nor on MPI.
 //
 // Rank 0 runs the program; the others serve: they wait in amontons_petsc_serve for what rank 0
-// asks of all. Numbers of nodes are those of the caller's mesh throughout. A function that returns
+// orders of all. Numbers of nodes are those of the caller's mesh throughout. A function that returns
 // an int gives 0, or 1 and the reason in `message`. An error on a rank while others work with it
 // ends all of them: MPI cannot continue without one.
 

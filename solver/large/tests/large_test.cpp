@@ -1,4 +1,4 @@
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "solver/large/contact_newton.hpp"
@@ -155,7 +155,7 @@ TEST_CASE("solves with the assembled matrix leave no residual whatever part a ra
             CHECK(done.reached <= 1e-11);
             CHECK((block.without_held(S * y) - f).norm() <= 1e-10 * f.norm());
             CHECK((block.without_held(y) - y).norm() == 0);
-            // Blocks come, and go again without a trace.
+            // Blocks are created and destroyed without a trace.
             const std::int32_t node = block.bottom.front();
             Mat3 stiff = 1e6 * Mat3::Identity();
             A.set_blocks({{node, node, stiff}}, true, true);
@@ -227,7 +227,7 @@ TEST_CASE("a block pulled off the plane keeps no force" * doctest::test_suite("s
     CHECK(s.r.norm() == 0);
 }
 
-TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("slow"))
+TEST_CASE("a rank without nodes or elements takes part" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::H8, 1); // 12 nodes, 8 of them free or held
@@ -240,7 +240,7 @@ TEST_CASE("a rank without nodes or elements works along" * doctest::test_suite("
     CHECK((s.r - exact.reaction).norm() <= 1e-6 * exact.reaction.norm());
 }
 
-TEST_CASE("a linear solve that does not get there reports it and what is not a number is an error" *
+TEST_CASE("a linear solve that does not converge reports it and what is not a number is an error" *
           doctest::test_suite("slow"))
 {
     if (no_module()) return;
@@ -297,7 +297,7 @@ TEST_CASE("a balance that cannot be found is not taken for one with contacts or 
     CHECK_FALSE(lifted.error < 1e-6);
 }
 
-TEST_CASE("a stop is obeyed where nothing touches too" * doctest::test_suite("slow"))
+TEST_CASE("a stop ends the solve where nothing touches, too" * doctest::test_suite("slow"))
 {
     if (no_module()) return;
     Pressed block(ElementKind::T4);

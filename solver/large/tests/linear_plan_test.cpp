@@ -71,15 +71,15 @@ struct PlannedBlock {
             return dofs;
         };
     }
-    LinearPlan plan(const char* asked = "auto", bool dynamic = false, int steps = 1) const
+    LinearPlan plan(const char* requested = "auto", bool dynamic = false, int steps = 1) const
     {
-        return plan_linear(solids, asked, dynamic, steps, 1, false);
+        return plan_linear(solids, requested, dynamic, steps, 1, false);
     }
 };
 
 } // namespace
 
-TEST_CASE("the way that is taken is possible and fits or else is refused with numbers" *
+TEST_CASE("the method that is chosen is possible and fits into memory or is refused with numbers" *
           doctest::test_suite("slow"))
 {
     PlannedBlock block;
@@ -103,7 +103,7 @@ TEST_CASE("the way that is taken is possible and fits or else is refused with nu
     CHECK(plan.path("direct")->memory > plan.available);
 }
 
-TEST_CASE("a trial shows which way is the quickest" * doctest::test_suite("slow"))
+TEST_CASE("a trial shows which method is the fastest" * doctest::test_suite("slow"))
 {
     PlannedBlock block;
     block.take_large();

@@ -12,7 +12,7 @@
 using namespace amontons;
 
 TEST_CASE(
-    "users of BLAS on several threads get what the least of them asks for and leave what was set")
+    "users of BLAS on several threads get the smallest number requested and restore what was set")
 {
     cholmod_api(); // opens it
     const auto get = reinterpret_cast<int (*)()>(dlsym(RTLD_DEFAULT, "openblas_get_num_threads"));

@@ -50,7 +50,7 @@ Eigen::VectorXd random_vector(Eigen::Index size, unsigned seed)
 
 } // namespace
 
-TEST_CASE("the block solve gives what a dense LU with pivoting gives whether symmetric or not")
+TEST_CASE("the block solve equals a dense LU with pivoting whether symmetric or not")
 {
     for (int n : {1, 2, 3, 7, 40})
         for (bool symmetric : {true, false}) {

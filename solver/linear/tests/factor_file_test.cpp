@@ -95,7 +95,7 @@ TEST_CASE("a factor that was written is the same bit by bit and can be used in e
     CHECK(read.solved(b) == written.solved(b));
 }
 
-TEST_CASE("every changed byte and every missing end is seen")
+TEST_CASE("every changed byte and every missing end is detected")
 {
     const SupernodalFactor factor = factor_of(laplacian(4, 1));
     const std::string bytes = factor_bytes({{1, 2}, 3}, factor);

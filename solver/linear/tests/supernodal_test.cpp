@@ -298,7 +298,7 @@ TEST_CASE("a pivot that is not positive names its degree of freedom")
         A.coeffRef(wrong, wrong) = 2;
         CHECK(factor.factor(A));
     }
-    // A free body: its rigid motions cost nothing. Rounding may let the factor pass, but not
+    // A free body: its rigid motions cost nothing. With round-off the factor may succeed, but not
     // without a trace.
     SolidBoxOptions box;
     box.cells = {3, 3, 3};

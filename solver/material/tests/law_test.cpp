@@ -129,7 +129,7 @@ Mat3 random_gradient(std::mt19937& rng, double size)
 
 } // namespace
 
-TEST_CASE("four points at once answer as each alone")
+TEST_CASE("four points at once have the results of each alone")
 {
     std::mt19937 rng{5};
     for (const Hyperelastic& m : samples()) {

@@ -21,7 +21,7 @@ nlohmann::json live_header(const std::string& bytes, std::size_t& begin)
 
 } // namespace
 
-TEST_CASE("a live frame gives back every array where its header specifies")
+TEST_CASE("a live frame contains every array where its header specifies")
 {
     ViewFrame sent;
     sent.caption = "t = 1 s";

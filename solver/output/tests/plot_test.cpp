@@ -9,7 +9,7 @@
 
 using namespace amontons;
 
-TEST_CASE("instruments that are driven one by one have a curve each of push and torque and turn")
+TEST_CASE("instruments that are driven separately have a curve each of push, torque and rotation")
 {
     const TemporaryFolder folder;
     std::ofstream(folder / "history.csv")

@@ -1,4 +1,4 @@
-#include "solver/output/view_frame.hpp"
+#include "solver/output/vtk/view_frame.hpp"
 
 #include "mesh/generate/solid_box.hpp"
 #include "solver/output/view_maker.hpp"
@@ -38,7 +38,8 @@ TEST_CASE("frames arrive whole as they were sent in whatever pieces they come")
     CHECK_THROWS_AS((void)take_view_frame(nonsense, frame), std::runtime_error);
 }
 
-TEST_CASE("a body whose stress is round-off has no values to be coloured by, and one with stress has")
+TEST_CASE(
+    "a body whose stress is round-off has no values to be coloured by, and one with stress has")
 {
     const VolumeMesh mesh = make_solid_box({});
     BodyRecord body;

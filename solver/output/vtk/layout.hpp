@@ -2,8 +2,8 @@
 
 #include "solver/output/vtk/render_data.hpp"
 
-// Where everything stands on the page: what the camera sees, and which part of the page is
-// whose. Nothing here draws.
+// Layout of the page: the field of view of the camera, and the part of the page of each
+// panel. Nothing here draws.
 
 namespace amontons::vtk_module {
 
@@ -15,7 +15,7 @@ constexpr int kLargeText = 34, kText = 26;   // height of letters [pixels]
 struct View {
     Vec right{}, up{}, towards_eye{};
     double size = 0;             ///< largest side of the box of walls and wires [m]
-    double left = 0, wide = 0;   ///< what must be seen, along `right` [m]
+    double left = 0, wide = 0;   ///< what must be visible, along `right` [m]
     double bottom = 0, high = 0; ///< along `up` [m]
     double behind = 0, deep = 0; ///< along `towards_eye` [m]
 };

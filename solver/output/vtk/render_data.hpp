@@ -23,7 +23,7 @@ struct Cluster {
     Vec point{};          ///< mean of the contacts, weighted by their forces [m]
     Vec force{};          ///< sum, on the wall of a vessel, or on a pair's first body [N]
     double magnitude = 0; ///< of the sum [N]
-    std::array<int, 2> bodies{-1, -1}; ///< that meet, where they are distinguished
+    std::array<int, 2> bodies{-1, -1}; ///< that touch, where they are distinguished
 };
 
 /// What a run's files hold at one instant.

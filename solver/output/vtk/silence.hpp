@@ -4,7 +4,8 @@
 
 namespace amontons::vtk_module {
 
-/// While it lives, VTK's complaints are discarded: what matters is thrown with a text of ours.
+/// During its lifetime VTK's messages are discarded: errors that matter are thrown with a message
+/// of this module.
 class Silence {
 public:
     Silence();

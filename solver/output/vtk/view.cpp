@@ -1,6 +1,6 @@
-#include "solver/output/view_frame.hpp"
 #include "solver/output/vtk/drawing.hpp"
 #include "solver/output/vtk/silence.hpp"
+#include "solver/output/vtk/view_frame.hpp"
 #include "solver/output/vtk/vtk_module.hpp"
 
 #include <X11/Xlib.h>
@@ -188,7 +188,7 @@ public:
         event->SetCallback([](vtkObject*, unsigned long id, void* self, void*) {
             auto& w = *static_cast<ViewWindow*>(self);
             if (id == vtkCommand::TimerEvent)
-                w.look();
+                w.show_newest();
             else if (std::string(w.interactor_->GetKeySym()) == "t")
                 w.switch_transparent();
         });
@@ -205,7 +205,7 @@ public:
 
 private:
     /// Takes what has come and shows the newest of it.
-    void look()
+    void show_newest()
     {
         bool open = true;
         char buffer[1 << 16];
@@ -351,19 +351,19 @@ private:
         } else {
             shown.mapper->SetInputData(shown.data);
         }
-        vtkProperty* look = shown.actor->GetProperty();
+        vtkProperty* property = shown.actor->GetProperty();
         shown.mapper->SetScalarVisibility(kind == ViewShape::solid);
         if (kind == ViewShape::solid) {
             shown.mapper->SetLookupTable(stress_table_);
             shown.mapper->UseLookupTableScalarRangeOff();
         }
         if (kind == ViewShape::wall) {
-            look->SetColor(0.69, 0.35, 0.31);
-            look->SetOpacity(kGlass);
+            property->SetColor(0.69, 0.35, 0.31);
+            property->SetOpacity(kGlass);
         } else if (kind == ViewShape::wire) {
-            look->SetColor(0.1, 0.2, 0.4);
+            property->SetColor(0.1, 0.2, 0.4);
         } else {
-            look->SetColor(0.75, 0.75, 0.72);
+            property->SetColor(0.75, 0.75, 0.72);
         }
         shown.actor->SetMapper(shown.mapper);
         renderer_->AddActor(shown.actor);

@@ -5,7 +5,7 @@
 
 namespace amontons::vtk_module {
 
-/// An X display to draw on without a screen: an Xvfb of our own where that program is
+/// An X display to draw on without a screen: an Xvfb of this process where that program is
 /// installed (the same software picture on every machine, no window shown), else $DISPLAY.
 /// The Xvfb ends with this object, and with this process however that ends.
 class VirtualDisplay {

@@ -1,8 +1,8 @@
 #pragma once
 
 // The entry points of the run-time module libamontons-vtk.so, as plain C: the program opens
-// it with dlopen only when a scene asks for a picture or names a VTK surface, so that no other
-// run maps VTK. Never link the module; look the names up (they are the functions' own names).
+// it with dlopen only when a scene requests a picture or names a VTK surface, so that no other
+// run maps VTK. Never link the module; resolve its names at run time (they are the functions' own names).
 //
 // Every function returns 0 when it did what it specifies. Otherwise it returns 1, has changed
 // nothing, and `message` holds a sentence for the user (cut to message_size, ends with '\0').

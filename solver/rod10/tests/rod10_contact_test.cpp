@@ -112,10 +112,10 @@ TEST_CASE("the hand's force changes by the limit at most in a frame and arrives"
     Rod10Contact::Frame f;
     for (int i = 0; i < 40; ++i) {
         f = contact.frame(Vec3::Zero(), Mat3::Identity());
-        CHECK((f.felt - last).norm() <= limit * (1 + 1e-12));
-        last = f.felt;
+        CHECK((f.sent - last).norm() <= limit * (1 + 1e-12));
+        last = f.sent;
     }
-    CHECK((f.felt - f.force).norm() < 1e-12 * f.force.norm());
+    CHECK((f.sent - f.force).norm() < 1e-12 * f.force.norm());
 }
 
 TEST_CASE("a point is pushed out of the nearest face and not of the one that it came through")

@@ -163,7 +163,7 @@ TEST_CASE("sets by place read as they are written and state what cannot be")
     CHECK(has(bad(R"({"a": {"faces": [1], "within": 1}})"), "nothing without a \"plane\""));
     CHECK(has(bad(R"({"a": {"faces": [1], "of": "nodes"}})"), "sets/a/of: found \"nodes\""));
     CHECK(has(bad(R"({"all": {"faces": [1]}})"), "another name"));
-    // Radians, where degrees are asked for, are no angle that is taken for another.
+    // Radians, where degrees are requested, are no angle that is taken for another.
     CHECK(has(bad(R"({"a": {"faces_like": {"at": [0, 0, 0], "angle": 0.52}}})"),
               "/angle: found 0.52, allowed: a number >= 5 and <= 180 [degree]"));
 }

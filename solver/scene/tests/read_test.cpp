@@ -283,12 +283,12 @@ TEST_CASE("every number of a scene has bounds, those of its unit or its own")
 {
     std::set<const ObjectDeclaration*> done;
     int numbers = 0;
-    const std::function<void(const ObjectDeclaration&)> look = [&](const ObjectDeclaration& o) {
+    const std::function<void(const ObjectDeclaration&)> visit = [&](const ObjectDeclaration& o) {
         if (!done.insert(&o).second) return;
         const auto all = [&](const std::vector<FieldDeclaration>& fields) {
             for (const FieldDeclaration& f : fields) {
                 CAPTURE(f.name);
-                if (f.object) look(*f.object);
+                if (f.object) visit(*f.object);
                 if (f.type != FieldType::integer && f.type != FieldType::number &&
                     f.type != FieldType::pair && f.type != FieldType::vector &&
                     f.type != FieldType::curve)
@@ -305,12 +305,12 @@ TEST_CASE("every number of a scene has bounds, those of its unit or its own")
         for (const VariantDeclaration& v : o.variants)
             all(v.fields);
     };
-    look(scene_declaration());
+    visit(scene_declaration());
     CHECK(numbers > 150);
 }
 
-TEST_CASE(
-    "values nested without an end, fields without a name and texts that no file bears are refused")
+TEST_CASE("values nested too deeply, fields without a name and texts that no file may contain are "
+          "refused")
 {
     const auto refusal = [](const std::string& text, const std::vector<std::string>& set = {}) {
         try {

@@ -312,7 +312,7 @@ TEST_CASE("a rod in a sheath is straight and long enough and a medium is not dyn
     CHECK(has(dynamic, "/drag"));
 }
 
-TEST_CASE("points of a polyline that are one but for round-off are coincident")
+TEST_CASE("points of a polyline that differ by round-off only are coincident")
 {
     const auto with = [](const std::string& point) {
         return bad_frame(R"({"at": [0, 1.2, 0]}, )", R"({"at": [0, 1.2, 0]}, )" + point);
@@ -323,7 +323,7 @@ TEST_CASE("points of a polyline that are one but for round-off are coincident")
     CHECK(with(R"({"at": [1e-3, 1.2, 0]}, )") == "");
 }
 
-TEST_CASE("lists that are given have something in them")
+TEST_CASE("lists that are given are not empty")
 {
     const std::string points =
         R"("points": [{"at": [0, 0, 0]}, {"at": [0, 1.2, 0]}, {"at": [1.2, 1.2, 0]}])";

@@ -275,7 +275,7 @@ TEST_CASE("the columns used least recently are first")
     CHECK(solved_for(0, 3) == 3);
     CHECK(solved_for(3, 3) == 3);
     CHECK(solved_for(0, 3) == 0);
-    CHECK(solved_for(6, 3) == 3); // 3, 4, 5 go
+    CHECK(solved_for(6, 3) == 3); // 3, 4, 5 are dropped
     CHECK(solved_for(0, 3) == 0);
     CHECK(solved_for(4, 1) == 1);
     CHECK(compliance.counts().columns_dropped == 4);
@@ -326,7 +326,8 @@ TEST_CASE("displacements obey K x = f and their work is that of W")
     CHECK(tight.counts().columns_solved == 0);
 }
 
-TEST_CASE("columns with all rows move the whole body and who expects solves gets them early")
+TEST_CASE(
+    "columns with all rows move the whole body and are solved early where many solves are expected")
 {
     const HeldBox b = held_box(ElementKind::T4);
     SupernodalFactor factor;

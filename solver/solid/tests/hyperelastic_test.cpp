@@ -106,7 +106,8 @@ double volume(ElementKind kind, const Eigen::Matrix3Xd& x)
 
 } // namespace
 
-TEST_CASE("the pressure of a mean volume as an unknown of its own: the matrix and what it leads to")
+TEST_CASE(
+    "the pressure of a mean volume as an unknown of its own: the matrix and its condensed form")
 {
     const Hyperelastic rubber{find_law("neo_hooke"), {1e6, 0.4999}};
     const double mu = 1e6 / 2.9998, lambda = 2 * mu * 0.4999 / 0.0002;
@@ -169,7 +170,7 @@ TEST_CASE("the pressure of a mean volume as an unknown of its own: the matrix an
     CHECK(std::isnan(pressure_after(t4.element, rubber, t4.x, t4.x)));
 }
 
-TEST_CASE("a rigid motion leaves no force and a turned state the same one")
+TEST_CASE("a rigid motion causes no force and a turned state has the same forces, turned")
 {
     for (const ElementKind kind : test::kAllKinds)
         for (const Hyperelastic& m : materials()) {
@@ -267,7 +268,7 @@ TEST_CASE("nearly incompressible elements have one stiff motion each and not fou
     }
 }
 
-TEST_CASE("a small stiff element far from the origin knows its strain to rounding")
+TEST_CASE("a small stiff element far from the origin has its strain to rounding")
 {
     // A wall's element: with places of 0.3 m for 1.5 mm it had strains of 1e-13.
     constexpr double kSize = 1.5e-3, kModulus = 1e9, kStrain = 1e-7;

@@ -634,7 +634,7 @@ TEST_CASE("a joint far from its body is refused once")
         }
 }
 
-TEST_CASE("holds of a body that begins turned are along the world's axes or its own as is asked")
+TEST_CASE("holds of a body that begins turned are along the world's axes or its own as specified")
 {
     const auto force = [](const std::string& motion, const std::string& turn,
                           const std::string& moved, const std::string& still,
@@ -659,9 +659,9 @@ TEST_CASE("holds of a body that begins turned are along the world's axes or its 
             CHECK(same.norm() > 10);
             CHECK((turned - same).norm() < 1e-7 * same.norm());
             const Vec3 own = force(motion, quarter, "z_max", "z_min", hold + R"(, "axes": "body")"),
-                       upright = force(motion, none, "z_max", "z_min", hold);
-            CHECK((own - Vec3(upright.x(), -upright.z(), upright.y())).norm() <
-                  1e-7 * upright.norm());
+                       vertical = force(motion, none, "z_max", "z_min", hold);
+            CHECK((own - Vec3(vertical.x(), -vertical.z(), vertical.y())).norm() <
+                  1e-7 * vertical.norm());
         }
     }
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 
@@ -37,7 +37,7 @@ struct Result {
 };
 
 /// @param rest  members of the scene beside "schema"
-/// @param stop  asked for before the first state
+/// @param stop  requested before the first state
 /// @param from  a saved state that the run continues from
 inline Result run(const std::string& rest, const std::vector<std::string>& overrides = {},
                   bool stop = false, const std::vector<std::byte>& from = {})

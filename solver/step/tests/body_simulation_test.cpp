@@ -316,7 +316,7 @@ TEST_CASE("a run that is stopped and continues gives the same bits" * doctest::t
     late.replace(late.find("[0.5, 0.5, 0.1]"), 15, "[1.0, 1.0, 0.1]");
     late.replace(late.find("[8, 8, 4]"), 9, "[41, 41, 1]");
     late.replace(late.find("\"end\": 1}"), 9, "\"end\": 0.56}");
-    // Rigid balls that meet and part: their pairs are numbered in the order in which they meet.
+    // Rigid balls that touch and part: their pairs are numbered in the order in which they touch.
     const auto thrown = [](int k, double speed) {
         return fmt::format(R"("ball_{}": {{"kind": "rigid", "shape": {{"generate": "ball",
             "radius": 0.05}}, "density": 1000,
@@ -368,7 +368,7 @@ TEST_CASE("a run that is stopped and continues gives the same bits" * doctest::t
 
 TEST_CASE("small sliding: only nodes in contact are kept track of and the forces stay")
 {
-    // Two blocks alike with a foot at different places; `probe` lets one of them slide elsewhere.
+    // Two blocks alike with a foot at different places; `probe` makes one of them slide elsewhere.
     const auto block = [](const char* name, double x, const char* set) {
         return fmt::format(R"("{}": {{"kind": "solid", "mesh": {{"generate": "box",
             "size": [1, 1, 1], "cells": [8, 8, 4], "element": "T4"}}, "youngs_modulus": 1e6,
@@ -460,7 +460,7 @@ TEST_CASE("an elastic block that floats on another without friction is pressed a
 TEST_CASE(
     "free rigid bodies move the same whether a wildcard names their pairs or each has its own law")
 {
-    // Wide and fast enough that some are near from the start, some meet later, and some never.
+    // Wide and fast enough that some are near from the start, some touch later, and some never.
     std::string bodies;
     std::vector<std::string> names{"floor"};
     for (int k = 0; k < 8; ++k) {
@@ -566,14 +566,14 @@ TEST_CASE("a path of balances ends at the end of time however far the table of t
                    over + R"(}]}}, "time": {"step": 500, "end": 10000, "path": 0.012})");
     };
     const Result ends = frame("[[0, 0], [10000, 10000]]"),
-                 goes_on = frame("[[0, 0], [20000, 20000]]");
-    for (const Result* r : {&ends, &goes_on}) {
+                 continues = frame("[[0, 0], [20000, 20000]]");
+    for (const Result* r : {&ends, &continues}) {
         REQUIRE_MESSAGE(r->summary.status == "done", r->summary.message);
         CHECK(r->records.back().time == 10000);
         CHECK(r->value("frame_start_force_y") + r->value("frame_end_force_y") ==
               doctest::Approx(10000).epsilon(1e-8));
     }
-    CHECK((ends.vector("frame_1.44") - goes_on.vector("frame_1.44")).norm() < 1e-8);
+    CHECK((ends.vector("frame_1.44") - continues.vector("frame_1.44")).norm() < 1e-8);
     CHECK(ends.records.size() < 60); // [regression] our own run
 }
 

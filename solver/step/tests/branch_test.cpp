@@ -1,6 +1,6 @@
 #include "mesh/base/file.hpp"
 #include "mesh/tests/temporary_folder.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/branch_log.hpp"
 #include "solver/step/simulation.hpp"
@@ -88,18 +88,18 @@ TEST_CASE("a wire that comes back out of a ball and takes another way is not in 
         obstacles = build_obstacles(scene);
     }
     const int walls[] = {0};
-    const auto go = [&](double x, double y, double depth, bool most) {
+    const auto move_tip = [&](double x, double y, double depth, bool most) {
         log.note(obstacles, walls, {x, y, 0}, depth, most);
     };
-    go(0.01, 0, 0.01, true);
+    move_tip(0.01, 0, 0.01, true);
     CHECK(log.name(obstacles) == "");
-    go(0.025, 0, 0.025, true);
+    move_tip(0.025, 0, 0.025, true);
     CHECK(log.name(obstacles) == "mouth");
-    go(0.06, 0, 0.06, true);
+    move_tip(0.06, 0, 0.06, true);
     CHECK(log.name(obstacles) == "mouth");
-    go(0.01, 0, 0.01, false);
+    move_tip(0.01, 0, 0.01, false);
     CHECK(log.name(obstacles) == "mouth"); // where it was when it was deepest
-    go(0.01, 0.1, 0.08, true);
+    move_tip(0.01, 0.1, 0.08, true);
     CHECK(log.name(obstacles) == "");
 }
 
@@ -201,8 +201,8 @@ TEST_CASE("a generated vessel is not triangulated to report where its free space
             "contact": [{"between": ["wire", "aorta"]}], "time": {"step": 0.1, "end": 0.1}})",
         "s.json", {});
     std::vector<Obstacle> obstacles = build_obstacles(scene);
-    obstacles[0].model.surface = Late<SurfaceMesh>{
-        []() -> SurfaceMesh { throw std::logic_error("triangles were asked for"); }};
+    obstacles[0].model.surface =
+        Late<SurfaceMesh>{[]() -> SurfaceMesh { throw std::logic_error("triangles were made"); }};
     const SurfaceFacts facts = surface_facts(scene.obstacles[0], obstacles[0]);
     CHECK(facts.side == "inside");
     CHECK(facts.holes == 2); // the inlet and the branch
@@ -210,8 +210,8 @@ TEST_CASE("a generated vessel is not triangulated to report where its free space
     CHECK(!facts.volume);
 }
 
-TEST_CASE("a rod whose tip begins outside its vessel is reported so and one that nothing holds is "
-          "offered drag")
+TEST_CASE(
+    "a rod whose tip begins outside its vessel is reported, and drag is offered for a free one")
 {
     const auto refusal = [](const std::string& fed, double y, bool touches = true) {
         const Scene scene = parse_scene(

@@ -105,11 +105,11 @@ TEST_CASE("a slender bar that is pressed buckles and the run reports it" *
                "time": {{"step": {3}, "end": 1}})",
             kRubber, side, cells, step));
         REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-        bool said = false;
+        bool note = false;
         for (const StepRecord& s : r.records)
-            said |= s.remark.find("not stable") != std::string::npos ||
+            note |= s.remark.find("not stable") != std::string::npos ||
                     s.remark.find("snapped") != std::string::npos;
-        CHECK(said);
+        CHECK(note);
         // Euler's load of a bar that is clamped at both ends is 4 pi^2 EI / L^2, and shortened by
         // 0.6 L the elastica bears (2 K / pi)^2 of it, 2 (1 - E / K) = 0.6: 1.456. Straight it
         // would be 1e6 side^2 and more, three times that.
@@ -181,10 +181,10 @@ TEST_CASE(
         const Result by_load = loaded(force, "", R"("step": 0.1, "end": 0.5)");
         const double way = down(by_load);
         CHECK((way > rise) == snaps);
-        std::size_t said = 0;
+        std::size_t note = 0;
         for (const StepRecord& s : by_load.records)
-            said += s.remark.find("snapped") != std::string::npos;
-        CHECK(said == (snaps ? 1 : 0));
+            note += s.remark.find("snapped") != std::string::npos;
+        CHECK(note == (snaps ? 1 : 0));
         CHECK((by_load.summary.energy.released > 1e-6) == snaps);
         const Result held =
             arch(fmt::format(R"(, {{"set": "crown", "z": [[0, 0], [1, {:.17g}]]}})", -way), "",
@@ -215,10 +215,10 @@ TEST_CASE("a bar that a box presses until it is not stable: what was set free cl
             "contact": [{"between": ["bar", "box"], "friction": 1}],
             "time": {"step": 0.1, "end": 0.6})");
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    bool said = false;
+    bool note = false;
     for (const StepRecord& s : r.records)
-        said |= s.remark.find("not stable") != std::string::npos;
-    CHECK(said);
+        note |= s.remark.find("not stable") != std::string::npos;
+    CHECK(note);
     const EnergyRecord& e = r.records.back().energy;
     CHECK(e.work > 100);
     CHECK(std::abs(e.error()) < 0.01 * e.work);
@@ -281,7 +281,8 @@ TEST_CASE("a straight rod between two plates rests on them where its load passes
     };
     for (const double play : {1e-3, 1e-4}) {
         CAPTURE(play);
-        // The shape that a play allows takes up far less than is asked: the rest is 25 times Euler.
+        // The shape that a play allows takes up far less than is prescribed: the rest is 25 times
+        // Euler.
         const Result r = run(
             "\"bodies\": {" + plate("top", 0.051 + play) + ", " + plate("bottom", -0.051 - play) +
             ", " + straight_rod("held", 1e-4, R"("plane": [0, 0, 1], )") +
@@ -295,7 +296,7 @@ TEST_CASE("a straight rod between two plates rests on them where its load passes
     }
 }
 
-TEST_CASE("a corotational column that stays straight beyond Euler's load is reported of")
+TEST_CASE("a corotational column that stays straight beyond Euler's load is reported")
 {
     // 3 times Euler's load of clamped ends, 3.3 N, with nothing that disturbs it.
     const auto column = [](double shortened) {

@@ -146,7 +146,7 @@ const std::string kHalf = R"("theta": 0.5)",
 
 } // namespace
 
-TEST_CASE("rows that repeat others get the smallest forces that do what is asked")
+TEST_CASE("redundant rows get the smallest forces that satisfy the constraints")
 {
     Eigen::MatrixXd H(5, 3); // the fourth row is the sum of two, the fifth one of them again
     H << 1, 2, 0, 0, 1, -1, 3, 0, 1, 4, 2, 1, 1, 2, 0;

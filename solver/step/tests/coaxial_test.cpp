@@ -1,6 +1,6 @@
 #include "solver/step/coaxial.hpp"
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/scene/tests/issues_of.hpp"
 #include "solver/step/tests/keep.hpp"

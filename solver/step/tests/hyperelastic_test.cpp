@@ -11,7 +11,7 @@ using namespace amontons;
 
 namespace {
 
-/// A bar along x, held at x_min, with what else a test asks.
+/// A bar along x, held at x_min, with what else a test needs.
 std::string bar(const std::string& element, const std::string& material, const std::string& more)
 {
     return R"("bodies": {"bar": {"kind": "solid", "material": )" + material +
@@ -269,7 +269,7 @@ TEST_CASE("a block of tissue that is thrown on the floor: no energy is made" *
           doctest::test_suite("slow"))
 {
     // The law stiffens so much that the midpoint rule's force is not what it stores: without an
-    // evaluation at the energy, 4.6 J became 70 J and an element was turned inside out.
+    // check of the energy, 4.6 J became 70 J and an element was turned inside out.
     const Result r = run(
         R"("bodies": {"floor": {"kind": "obstacle", "surface": {"generate": "plane"}}, "block":
           {"kind": "solid", "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [2, 2, 2],
@@ -335,7 +335,7 @@ TEST_CASE("a run that is resumed continues with the same bits")
     CHECK(a.energy.elastic == b.energy.elastic);
 }
 
-TEST_CASE("stress and energy density are reported of where the body is")
+TEST_CASE("stress and energy density are reported at the body's present place")
 {
     const Result r = run(
         R"("bodies": {"bar": {"kind": "solid", "material":
@@ -347,9 +347,10 @@ TEST_CASE("stress and energy density are reported of where the body is")
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
     const BodyRecord body = r.simulation->body_records()[0];
     const double lateral = 0.880174592, P = 378280.176; // benchmark E03
-    int told = 0;
+    int reported = 0;
     for (const Field& f : body.cell_fields) {
-        told += f.name == "stress" || f.name == "von_mises" || f.name == "strain_energy_density";
+        reported +=
+            f.name == "stress" || f.name == "von_mises" || f.name == "strain_energy_density";
         if (f.name == "stress")
             CHECK(f.values[0] == doctest::Approx(P / (lateral * lateral)).epsilon(1e-6));
         if (f.name == "von_mises")
@@ -361,11 +362,11 @@ TEST_CASE("stress and energy density are reported of where the body is")
             CHECK(f.values[0] == doctest::Approx(W).epsilon(1e-6));
         }
     }
-    CHECK(told == 3);
+    CHECK(reported == 3);
     CHECK(r.records.back().energy.elastic > 0);
 }
 
-TEST_CASE("a material with constants that do not go together is refused with its place")
+TEST_CASE("a material whose constants contradict each other is refused with its place")
 {
     const auto refused = [](const std::string& body, const std::string& place) {
         try {

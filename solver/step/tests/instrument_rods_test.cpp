@@ -7,7 +7,7 @@
 #include <fmt/format.h>
 #include <numbers>
 
-// Instruments that meet more than walls: rods fed from a sheath in one problem with all bodies.
+// Instruments that touch more than walls: rods fed from a sheath in one problem with all bodies.
 
 using namespace amontons;
 
@@ -273,7 +273,7 @@ TEST_CASE("a wire that comes round to its own sheath is pushed with all that act
                     {{"between": ["wire", "wire"], "friction": 0.2564}}],
         "time": {{"step": 0.025, "end": 1}})",
                                       radius, EI));
-    int met = 0;
+    int self_contacts = 0;
     for (std::size_t i = 1; i < r.records.size(); ++i) {
         Vec3 force = Vec3::Zero(), moment = Vec3::Zero();
         double inside = 0, size = 0; // of forces along the sheath, on what is in it
@@ -283,7 +283,7 @@ TEST_CASE("a wire that comes round to its own sheath is pushed with all that act
                 if ((c.point - at).dot(along) > 0) continue; // nothing in all
                 if (c.normal.dot(c.point - at) < 0) f = -f;  // on the part that is out
                 inside -= f.dot(along);
-                met += f.norm() > 0;
+                self_contacts += f.norm() > 0;
             }
             force += f;
             moment += (c.point - at).cross(f);
@@ -295,7 +295,7 @@ TEST_CASE("a wire that comes round to its own sheath is pushed with all that act
         CHECK(std::abs(push + axial + inside + bending * bending / (2 * EI) +
                        (axial * axial - push * push) / (2 * EA)) <= 2e-5 * size + 1e-9);
     }
-    CHECK(met > 0);
+    CHECK(self_contacts > 0);
 }
 
 TEST_CASE("a wire that is pressed on a solid buckles at Euler's load, whichever way it is turned")

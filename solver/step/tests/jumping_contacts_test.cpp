@@ -118,8 +118,8 @@ TEST_CASE("a rigid box that is pressed into faces of T10 and slid ends on the co
 TEST_CASE(
     "a force that sets in within a step: shorter steps close the energy, and that is reported")
 {
-    // The box meets the plane after nine tenths of the way: the trapezoid rule takes F d / 2 for a
-    // tenth of it.
+    // The box touches the plane after nine tenths of its displacement: the trapezoid rule takes F d
+    // / 2 for a tenth of it.
     const Result r =
         run(R"("bodies": {"plane": {"kind": "obstacle", "surface": {"generate": "plane"}},
         "box": {"kind": "solid", "mesh": {"generate": "box", "size": [0.1, 0.1, 0.1], "cells": [2, 2, 2], "element": "H8"},
@@ -133,10 +133,10 @@ TEST_CASE(
     CHECK(r.value("plane_on_box_force_z") == doctest::Approx(100).epsilon(1e-6));
     CHECK(std::abs(e.error()) < 0.1 * e.scale());
     CHECK(r.records.size() > 2);
-    bool told = false;
+    bool reported = false;
     for (const StepRecord& s : r.records)
-        told |= s.remark.find("energy") != std::string::npos;
-    CHECK(told);
+        reported |= s.remark.find("energy") != std::string::npos;
+    CHECK(reported);
 }
 
 TEST_CASE("a friction that a scene has none of takes no work")
@@ -191,8 +191,8 @@ Judged judged(const std::function<double(double, double)>& missed, double left_b
 
 } // namespace
 
-TEST_CASE("energy that one step misses: quadrature stands and what is made is refused and a jump "
-          "is reported")
+TEST_CASE("energy that one step misses: quadrature error is accepted, generated energy is refused, "
+          "a jump is reported")
 {
     const auto quadrature = [](double a, double b) { return (b - a) * (b - a); }; // of second order
     const Judged smooth = judged(quadrature, 0);

@@ -3,7 +3,7 @@
 
 #include "mesh/base/dense.hpp"
 #include "solver/body/rigid_turn.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/simulation.hpp"
 #include "solver/step/tests/keep.hpp"

@@ -1,7 +1,7 @@
 // Joints, springs and distances that act on patches of solids (docs/theory/joints.md).
 
+#include "mesh/format/read_volume.hpp"
 #include "mesh/generate/solid_box.hpp"
-#include "mesh/read_volume.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include <Eigen/Geometry>

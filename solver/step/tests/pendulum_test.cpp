@@ -69,7 +69,7 @@ TEST_CASE("a body on a joint, led aside by a force, hangs at tan(angle) = F / (m
             }
 }
 
-TEST_CASE("two bodies hang in a chain as statics asks, from a start that is stretched out")
+TEST_CASE("two bodies hang in a chain as statics requires, from a start that is stretched out")
 {
     constexpr double kLength = 0.01, kForce = 0.7 * kHungWeight;
     const std::string bodies = hung_ball("a", Vec3(0.5 * kLength, 0, 0)) + ", " +

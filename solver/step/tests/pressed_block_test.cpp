@@ -205,7 +205,7 @@ TEST_CASE(
 
 TEST_CASE("a block that its dead load tips over: as far as there is a balance and then why not")
 {
-    // 5 kPa down and 1.5 kPa across: it lifts off, leans, and the load follows it. In motion,
+    // 5 kPa down and 1.5 kPa across: it lifts off, tilts, and the load follows it. In motion,
     // with damping, it tips over between 0.45 and 0.5 of the load.
     const Result r = run(free_block("H8", 1e5, 0.3, "1500, 0, -5000", 0.5));
     CHECK(r.summary.status == "failed");

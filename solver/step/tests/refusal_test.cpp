@@ -67,7 +67,7 @@ std::string refusal(const std::string& text, int iterations)
 
 } // namespace
 
-TEST_CASE("a step without a balance states what body misses it and where")
+TEST_CASE("a step without a balance states which body lacks it and where")
 {
     const std::string why = refusal(pressed_sheet(0.2, 1e5, 0), 1);
     CAPTURE(why);

@@ -2,7 +2,7 @@
 // never ended, bit by bit: kinds of bodies, materials, loads, contacts, couplings and rules of
 // time.
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 
@@ -30,7 +30,7 @@ struct Written : StepObserver {
     }
 };
 
-/// All that a step's files hold but times by the clock, and in words where it begins to differ.
+/// All that a step's files hold but times in real time, and in words where it begins to differ.
 class Bits {
 public:
     void add(const std::string& what, const void* data, std::size_t size)
@@ -413,7 +413,7 @@ TEST_CASE("rigid bodies, joints and springs continue from a saved state bit by b
                                       kind) +
                           dynamic(2e-3, 0.04, rule));
         }
-    // Dragged over the floor, quasi-static; the rest finds its pairs as they meet.
+    // Dragged over the floor, quasi-static; the rest finds its pairs as they touch.
     check_resumes(fmt::format(R"("bodies": {{
         "base": {{"kind": "rigid", "density": 1000, "shape": {{"generate": "box",
             "size": [0.1, 0.1, 0.04]}}, "start": {{"place": [0, 0, 0.02]}}}},
@@ -622,7 +622,7 @@ TEST_CASE("a block that lands, slides and rocks continues bit by bit after each 
 
 namespace {
 
-/// Asks for an end while a step is tried, not between two: after some more reads of the flag.
+/// Requests an end while a step is tried, not between two: after some more reads of the flag.
 struct StopWithin : StepObserver {
     std::int64_t at = 0;
     std::atomic<bool> stop{false};

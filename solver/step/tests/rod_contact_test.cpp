@@ -662,7 +662,7 @@ TEST_CASE("a belt round a pulley that turns and one that does not is pulled as E
             "time": {{"step": 0.05, "end": 2}})",
         pulley("turned", 0, R"("axis": [0, 1, 0], "angle": [[0, 0], [1, 0], [2, 0.2]])"),
         pulley("other", 0.2, R"("x": [[0, 0], [1, 0.001]])")));
-    CHECK(d.records.size() == 41); // the steps that are asked
+    CHECK(d.records.size() == 41); // the requested steps
     const std::size_t end = d.records.size() - 1;
     const double torque =
         (d.records[end].energy.work - d.records[end - 1].energy.work) / (0.05 * 0.2);
@@ -714,7 +714,7 @@ TEST_CASE(
                 "gravity": [0, 0, -9.81], "time": {{"step": 0.25, "end": 1}})",
             load, friction, friction);
     };
-    const auto told = [](const Result& r) {
+    const auto reported = [](const Result& r) {
         for (const std::string& w : r.summary.warnings)
             if (w.find("nothing holds rod: ") != w.npos) return true;
         return false;
@@ -725,8 +725,8 @@ TEST_CASE(
         CHECK(r->value("left_on_rod_force_z") == doctest::Approx(0.5 * weight).epsilon(1e-7));
         CHECK(r->value("rod_max_displacement") < 1e-8);
     }
-    CHECK(told(slick));
-    CHECK(!told(rough)); // two contacts a cross-section: it can neither roll nor slide
+    CHECK(reported(slick));
+    CHECK(!reported(rough)); // two contacts a cross-section: it can neither roll nor slide
 
     // Friction bears a push along and a torque about the rod; nothing else does.
     const char* push = R"({"set": "end", "force": [0.01, 0, 0], "over": [[0, 0], [1, 1]]})";

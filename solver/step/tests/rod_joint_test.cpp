@@ -349,7 +349,7 @@ TEST_CASE("rods that are joined keep momentum, and angular momentum to second or
         int k = 0;
         for (const double step : {2.5e-4, 1.25e-4}) {
             const Result r = done(scene(rule, step));
-            // Once the load and what the rule remembers of it are lost.
+            // Once the load and the rule's history of it have vanished.
             const std::size_t from = std::size_t(std::lround(0.02 / step));
             const Vec3 p = r.vector("momentum", from), L = r.vector("angular_momentum", from);
             error[k] = 0;
@@ -429,6 +429,74 @@ TEST_CASE(
         if (b0 < 5)
             CHECK(measured ==
                   doctest::Approx(F * 2 * std::numbers::pi * R * R * R / GJ).epsilon(0.01));
+    }
+}
+
+TEST_CASE("a braid of two layers of wires that touch where they cross is as stiff as its helices")
+{
+    // The same law, of n wires a hand, for layers that are a wire's thickness apart: with the ends
+    // free along the radius and about it every helix stays one, its radius follows from its length
+    // and its turns, and pressed together the inner layer grows by more than the outer: crossings
+    // touch. A turn more by a quarter: no wire can be displaced as a whole.
+    const double D = 0.02, E = 2e11, turns = 1.25, b0 = 35 * std::numbers::pi / 180;
+    const int hand_count = 4;
+    struct Case {
+        double thickness, longer; // diameter of the wires, share of the height
+        bool touch;
+    };
+    for (const Case& c :
+         {Case{1e-4, -0.1, true}, {1e-4, -0.05, true}, {2e-4, -0.05, true}, {2e-4, 0.15, false}}) {
+        CAPTURE(c.thickness);
+        CAPTURE(c.longer);
+        const double d = c.thickness, EI = E * std::numbers::pi * std::pow(d / 2, 4) / 4,
+                     GJ = EI / 1.3, EA = E * std::numbers::pi * d * d / 4;
+        const double height = turns * std::numbers::pi * D * std::tan(b0);
+        std::string bodies, pairs;
+        for (int i = 0; i < 2 * hand_count; ++i) {
+            const double hand = i < hand_count ? 1 : -1, // the inner layer, and the outer
+                R = D / 2 - hand * 1.002 * d / 2, around = 2 * std::numbers::pi * R * turns,
+                         b = std::atan2(height, around), L = std::hypot(height, around),
+                         angle = 0.5 * std::numbers::pi * i;
+            const auto radial = [](double at) {
+                return Vec3(std::round(std::cos(at)), std::round(std::sin(at)), 0);
+            };
+            const Vec3 out = radial(angle), along = Vec3::UnitZ().cross(out),
+                       end = radial(angle + hand * 2 * std::numbers::pi * turns);
+            const auto hold = [&](const char* set, const Vec3& e, double way) {
+                return fmt::format(R"({{"set": "{}", "turns": "about", "axis": {}, "{}": 0,
+                    "z": [[0, 0], [1, {:.17g}]]}})",
+                                   set, text(e), e.x() != 0 ? "y" : "x", way);
+            };
+            bodies += fmt::format(
+                R"({}"w{}": {{"kind": "rod", "segments": [{{"length": {:.17g},
+                "radius": {}, "EI": {:.17g}, "GJ": {:.17g}, "EA": {:.17g}, "element": {:.17g},
+                "curvature": {:.17g}, "twist": {:.17g}}}], "shape": {{"start": {}, "direction": {},
+                "normal": {}}}, "hold": [{}, {}]}})",
+                i ? ", " : "", i, L, d / 2, EI, GJ, EA, L / 40, std::cos(b) * std::cos(b) / R,
+                hand * std::sin(b) * std::cos(b) / R, text(R * out),
+                text(hand * std::cos(b) * along + std::sin(b) * Vec3::UnitZ()), text(-out),
+                hold("start", out, 0), hold("end", end, c.longer * height));
+            for (int j = hand_count; i < hand_count && j < 2 * hand_count; ++j)
+                pairs += fmt::format(R"({}{{"between": ["w{}", "w{}"]}})",
+                                     i + j > hand_count ? ", " : "", i, j);
+        }
+        const Result r = done(R"("bodies": {)" + bodies + R"(}, "contact": [)" + pairs +
+                              R"(], "time": {"step": 0.2, "end": 1})");
+        const double b = std::asin((1 + c.longer) * std::sin(b0)), K = D / std::cos(b0);
+        const double expected =
+            2 * hand_count * 2 / K *
+            (GJ * (2 * std::sin(b) / K - std::sin(2 * b0) / D) -
+             EI * std::tan(b) * (2 * std::cos(b) / K - 2 * std::cos(b0) * std::cos(b0) / D));
+        double pull = 0;
+        for (int i = 0; i < 2 * hand_count; ++i)
+            pull += r.value(fmt::format("w{}_end_force_z", i));
+        MESSAGE("of the law: ", pull / expected - 1, ", contacts ",
+                r.records.back().contacts.size());
+        CHECK(pull == doctest::Approx(expected).epsilon(0.01));
+        CHECK(r.summary.uncertified_steps == 0);
+        // Two wires cross twice a turn of both, and at their ends.
+        const int crossings = hand_count * hand_count * int(2 * turns);
+        CHECK((int(r.records.back().contacts.size()) > crossings / 2) == c.touch);
     }
 }
 

@@ -386,14 +386,14 @@ TEST_CASE("a step continues from a state as it would have" * doctest::test_suite
     };
     auto first = made(), second = made();
     Keep whole, half, rest;
-    std::atomic<bool> stop{false}, go{false};
+    std::atomic<bool> stop{false}, no_stop{false};
     half.stop = &stop;
     half.stop_at = 9;
     const auto all = made();
-    REQUIRE(all->run(whole, go).status == "done");
+    REQUIRE(all->run(whole, no_stop).status == "done");
     REQUIRE(first->run(half, stop).status == "interrupted");
     second->restore(first->save());
-    REQUIRE(second->run(rest, go).status == "done");
+    REQUIRE(second->run(rest, no_stop).status == "done");
     REQUIRE(whole.records.size() == 17);
     REQUIRE(!rest.records.empty());
     REQUIRE(half.records.size() + rest.records.size() == whole.records.size());

@@ -141,8 +141,8 @@ TEST_CASE("a ring pressed until it touches itself has the forces and places of i
     for (const StepRecord& s : quarter.records)
         most = std::max(most, s.errors.size());
     CHECK(most <= 12); // [regression] our own run
-    const double met = quarter.vector("plane_on_ring_force")[1];
-    CHECK(met > 0.2 * std::abs(force));
+    const double half_force = quarter.vector("plane_on_ring_force")[1];
+    CHECK(half_force > 0.2 * std::abs(force));
     for (const double friction : {0.0, 0.4}) {
         const Result half = pressed_ring(true, 0, friction);
         REQUIRE_MESSAGE(half.summary.status == "done", half.summary.message);
@@ -159,7 +159,7 @@ TEST_CASE("a ring pressed until it touches itself has the forces and places of i
         double acting = 0;                            // on one side or the other
         for (const ContactRecord& c : half.records.back().contacts)
             if (c.body_a == c.body_b) acting += c.normal_force;
-        CHECK(acting == doctest::Approx(met).epsilon(2e-3));
+        CHECK(acting == doctest::Approx(half_force).epsilon(2e-3));
         const BodyRecord one = ring_of(quarter), other = ring_of(half);
         const std::size_t ends = one.points.size() / 2, all = other.points.size() / 2;
         double apart = 0, least = 1;
@@ -320,7 +320,7 @@ TEST_CASE("a strip folded back and pressed on itself: a balance that is found en
     CHECK(needless_iterations(r) == 0);
 }
 
-TEST_CASE("a solid and itself: what is not possible is reported")
+TEST_CASE("self-contact of a solid: what is not possible is reported")
 {
     const auto found = [](const std::string& motion, const std::string& more,
                           const std::string& kind) {

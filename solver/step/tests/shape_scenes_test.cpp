@@ -75,15 +75,15 @@ TEST_CASE("an ellipsoid on the floor rocks with the period of its curvature and 
     const double R = a * a / c, inertia = (a * a + c * c) / 5;
     const double omega = std::sqrt(kGravity * (R - c) / (inertia + c * c));
     const double quarter = std::numbers::pi / 2 / omega;
-    const double lean = 0.01;
+    const double tilt = 0.01;
     const Result r =
         run(on_incline(fmt::format(R"("generate": "ellipsoid", "radii": [{}, {}, {}])", a, b, c),
                        fmt::format(R"("place": [0, 0, {:.17g}], "turn": [0, {}, 0])",
-                                   std::hypot(a * std::sin(lean), c * std::cos(lean)), lean),
+                                   std::hypot(a * std::sin(tilt), c * std::cos(tilt)), tilt),
                        0, 2, quarter / 400, quarter));
     REQUIRE(r.summary.status == "done");
-    CHECK(std::abs(r.value("body_turn_y") - (-lean)) < 0.02 * lean); // since the start: level now
-    CHECK(std::abs(r.value("body_spin_y")) == doctest::Approx(lean * omega).epsilon(0.02));
+    CHECK(std::abs(r.value("body_turn_y") - (-tilt)) < 0.02 * tilt); // since the start: level now
+    CHECK(std::abs(r.value("body_spin_y")) == doctest::Approx(tilt * omega).epsilon(0.02));
 }
 
 TEST_CASE("quasi-static, an ellipsoid between two plates carries the load along its axis")
@@ -99,7 +99,8 @@ TEST_CASE("quasi-static, an ellipsoid between two plates carries the load along 
     CHECK(r.value("floor_on_egg_contacts") == 1);
 }
 
-TEST_CASE("an elastic block under an ellipsoid and a capsule carries what they are pushed with" * doctest::test_suite("slow"))
+TEST_CASE("an elastic block under an ellipsoid and a capsule carries what they are pushed with" *
+          doctest::test_suite("slow"))
 {
     // Contacts with solids come from the shape's distance; balls are the ellipsoids that are known.
     const auto pushed = [](const std::string& shape) {

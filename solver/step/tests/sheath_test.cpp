@@ -12,7 +12,7 @@ using namespace amontons;
 
 namespace {
 
-// Nothing meets it, but with it in the scene instruments are rods.
+// Nothing touches it, but with it in the scene instruments are rods.
 constexpr const char* kFar = R"("far": {"kind": "rigid", "shape": {"generate": "ball",
     "radius": 0.001}, "mass": 1, "start": {"place": [5, 5, 5]}, "drive": {"x": 0, "y": 0, "z": 0}},)";
 
@@ -68,13 +68,14 @@ std::string free_wire(const char* kind, const char* more)
 
 } // namespace
 
-TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_suite("slow"))
+TEST_CASE("an instrument needs the same push as a rod and as a wire" * doctest::test_suite("slow"))
 {
     struct Case {
         int steps;
         double friction, curvature, agree;
     };
-    // Where the two take the same steps, or no friction remembers them, they agree to rounding.
+    // Where the two take the same steps, or no friction has a history of them, they agree to
+    // rounding.
     for (const auto& [steps, friction, curvature, agree] :
          {Case{7, 0, 0, 1e-8}, {50, 0, 0, 1e-8}, {50, 0.2, 0, 1e-8}, {50, 0.2, 10, 2e-6}}) {
         CAPTURE(steps);
@@ -88,7 +89,8 @@ TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_
         CAPTURE(r.wire.records.size());
         CAPTURE(r.rod.records.size());
         const double push = r.of_wire("push_force");
-        // With friction the rod may halve steps that the wire takes whole, and friction remembers.
+        // With friction the rod may halve steps that the wire takes whole, and friction depends on
+        // them.
         const bool same = friction == 0 || r.wire.records.size() == r.rod.records.size();
         CHECK(std::abs(r.of_rod("push_force") - push) <
               (same ? agree : std::max(agree, 2e-6)) * std::abs(push));
@@ -98,7 +100,7 @@ TEST_CASE("an instrument is pushed as a rod as it is as a wire" * doctest::test_
     }
 }
 
-TEST_CASE("an instrument as a rod stops as a wire where its tip comes out of an opening")
+TEST_CASE("an instrument stops as a rod where it stops as a wire: where its tip leaves an opening")
 {
     Bend b;
     b.fed = 0.15; // 20 mm farther than the tube's end
@@ -124,7 +126,7 @@ TEST_CASE("an instrument as a rod stops as a wire where its tip comes out of an 
     CHECK(again.value("wire_depth") > 0.125);
 }
 
-TEST_CASE("a tip that is drawn aside pulls an instrument as a rod as it does a wire")
+TEST_CASE("a tip that is drawn aside pulls an instrument by the same force as a rod and as a wire")
 {
     const char* const held = R"("drive": {"insertion": [[0, 0.1], [1, 0.1]]},
         "hold": {"y": [[0, 0], [1, 0.01]], "turns": "held"})";
@@ -183,7 +185,7 @@ TEST_CASE("a bent tip that nothing touches turns with the base of its rod")
     CHECK(r.value("wire_tip_rotation") == doctest::Approx(0.5 * std::numbers::pi).epsilon(1e-9));
 }
 
-TEST_CASE("a precurved tip whips in a bend as a rod as it does as a wire" *
+TEST_CASE("a precurved tip whips in a bend at the same angle as a rod and as a wire" *
           doctest::test_suite("slow"))
 {
     Bend b;
@@ -192,9 +194,9 @@ TEST_CASE("a precurved tip whips in a bend as a rod as it does as a wire" *
     b.fed = 0.06;
     b.more = R"(, "twist": [[0, 0], [1, 6.283185307179586]])";
     const Both r = both(b);
-    for (const char* told : {"push_force", "torque", "tip_rotation"}) {
-        CAPTURE(told);
-        CHECK(r.of_rod(told) == doctest::Approx(r.of_wire(told)).epsilon(1e-8));
+    for (const char* reported : {"push_force", "torque", "tip_rotation"}) {
+        CAPTURE(reported);
+        CHECK(r.of_rod(reported) == doctest::Approx(r.of_wire(reported)).epsilon(1e-8));
     }
 }
 
@@ -213,7 +215,7 @@ TEST_CASE("segments of an instrument have their own friction beside bodies, too"
     CHECK(done(b.scene(true)).value("wire_push_force") < 0.7 * push);
 }
 
-TEST_CASE("what turns in a sheath is its base")
+TEST_CASE("an instrument in its sheath turns with its base")
 {
     const auto wrong = [](const char* more) {
         return issues_of(fmt::format(R"({{"schema": 1, "bodies": {{"wire": {{"kind": "rod",

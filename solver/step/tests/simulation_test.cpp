@@ -144,7 +144,7 @@ TEST_CASE("a wire that starts beyond a bend lies there as one that was pushed in
     }
 }
 
-TEST_CASE("a wire that jams on the way to where it starts is refused and one asked to stop stops" *
+TEST_CASE("a wire that jams on the way to its start is refused and one that is interrupted stops" *
           doctest::test_suite("slow"))
 {
     Scene scene = bent_tube_scene(5, 0.08);

@@ -1,6 +1,6 @@
 #include "mesh/generate/solid_tube.hpp"
 #include "mesh/tests/relative.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/step/soft_vessel.hpp"
 #include "solver/step/tests/body_runs.hpp"
 #include "solver/step/tests/vessel_scene.hpp"
@@ -189,7 +189,7 @@ TEST_CASE("a wall under a wire's forces is where a solid alone is under the same
     }
 }
 
-TEST_CASE("a hyperelastic vessel does not know how the scene is turned" *
+TEST_CASE("a hyperelastic vessel does not depend on how the scene is turned" *
           doctest::test_suite("slow"))
 {
     Scene scene = hyperelastic_scene(0.4e6, 0.1, 0.06);

@@ -58,15 +58,15 @@ TEST_CASE("a box that starts to fly has the momenta and the energy of a rigid bo
     CHECK(box(false)->momentum().isZero(0));
 }
 
-TEST_CASE("what a solid states of its motion does not depend on when and where it was asked first")
+TEST_CASE("a solid's momenta do not depend on when and where they were first computed")
 {
-    const auto asked = box(true), late = box(true), shared = box(true);
-    const Vec3 momentum = asked->momentum(), turning = asked->angular_momentum();
-    const double energy = asked->kinetic_energy();
-    CHECK(asked->free_motions() == std::vector<std::string>{"every shift and turn"});
+    const auto early = box(true), late = box(true), shared = box(true);
+    const Vec3 momentum = early->momentum(), turning = early->angular_momentum();
+    const double energy = early->kinetic_energy();
+    CHECK(early->free_motions() == std::vector<std::string>{"every shift and turn"});
 
     std::vector<std::string> messages;
-    for (SolidBody* body : {asked.get(), late.get()}) {
+    for (SolidBody* body : {early.get(), late.get()}) {
         body->make_ready(first_step(), "", messages);
         body->begin(first_step());
         CHECK(body->momentum() == momentum);
@@ -74,8 +74,8 @@ TEST_CASE("what a solid states of its motion does not depend on when and where i
         CHECK(body->kinetic_energy() == energy);
         body->linearise();
     }
-    CHECK(asked->free_change() == late->free_change());
-    CHECK(asked->free_change().size() > 0);
+    CHECK(early->free_change() == late->free_change());
+    CHECK(early->free_change().size() > 0);
 
     std::vector<double> energies(4);
     std::vector<std::thread> threads;
@@ -85,5 +85,5 @@ TEST_CASE("what a solid states of its motion does not depend on when and where i
         t.join();
     for (const double e : energies)
         CHECK(e == energy);
-    CHECK(late->free_motions() == asked->free_motions());
+    CHECK(late->free_motions() == early->free_motions());
 }

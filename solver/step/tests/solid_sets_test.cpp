@@ -4,7 +4,7 @@ using namespace amontons;
 
 namespace {
 
-/// A block that is held, pressed and meets the floor by its sets.
+/// A block that is held, pressed and touches the floor by its sets.
 std::string block_with(const std::string& sets, const std::string& hold, const std::string& load,
                        const std::string& contact)
 {
@@ -49,7 +49,7 @@ TEST_CASE("sets by place hold and load and touch as those that the generator nam
     }
 }
 
-TEST_CASE("a set that is empty or beside the body is refused and reported what is there")
+TEST_CASE("a set that is empty or beside the body is refused with the nearest place of the body")
 {
     using std::string;
     const auto has = [](const string& text, const char* part) {

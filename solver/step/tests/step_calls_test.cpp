@@ -1,8 +1,9 @@
-// A simulation that is stepped by its caller: cut where the caller asks, and again after a failure.
+// A simulation that is stepped by its caller: cut where the caller requests it, and again after a
+// failure.
 
 #include "mesh/base/curve.hpp"
 #include "mesh/base/error.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 
@@ -19,7 +20,7 @@ namespace {
 
 using Outcome = StepResult::Outcome;
 
-const std::atomic<bool> kGoOn{false};
+const std::atomic<bool> kNoStop{false};
 
 std::unique_ptr<Simulation> make(const std::string& rest)
 {
@@ -74,7 +75,7 @@ void check_same(const StepRecord& a, const StepRecord& b)
 std::vector<StepRecord> run_of(Simulation& simulation)
 {
     Keep keep;
-    const RunSummary sum = simulation.run(keep, kGoOn);
+    const RunSummary sum = simulation.run(keep, kNoStop);
     REQUIRE_MESSAGE(sum.status == "done", sum.message);
     return std::move(keep.records);
 }
@@ -110,9 +111,9 @@ TEST_CASE("a caller whose cuts fall on the steps of a run gets that run bit by b
         while (next < whole.size()) {
             target = std::min(target + 1 + random() % 5, whole.size() - 1);
             // Times that agree to some last digits are one time.
-            const double asked = whole[target].time * (1 + (repeat % 2) * 1e-14);
+            const double latest = whole[target].time * (1 + (repeat % 2) * 1e-14);
             while (true) {
-                const StepResult r = simulation->step(kGoOn, asked);
+                const StepResult r = simulation->step(kNoStop, latest);
                 if (r.outcome == Outcome::done) break;
                 REQUIRE_MESSAGE(r.outcome == Outcome::accepted, r.message);
                 check_same(r.record, whole[next]);
@@ -120,7 +121,7 @@ TEST_CASE("a caller whose cuts fall on the steps of a run gets that run bit by b
             }
             CHECK(next == target + 1);
         }
-        CHECK(simulation->step(kGoOn).outcome == Outcome::done);
+        CHECK(simulation->step(kNoStop).outcome == Outcome::done);
     }
 }
 
@@ -140,28 +141,28 @@ TEST_CASE("a caller's cuts are found exactly, and what comes after them is as lo
         scene = bodies(R"("time": {"step": 0.1, "end": 1})");
     }
     const auto simulation = make(scene);
-    REQUIRE(simulation->step(kGoOn).outcome == Outcome::accepted);
+    REQUIRE(simulation->step(kNoStop).outcome == Outcome::accepted);
     std::mt19937 random(5);
     std::uniform_real_distribution<double> share(0, 0.08);
-    double asked = 0;
+    double latest = 0;
     int cuts = 0;
-    while (asked < end) {
-        asked = std::min(end, asked + share(random) * end);
+    while (latest < end) {
+        latest = std::min(end, latest + share(random) * end);
         StepRecord last;
         while (true) {
-            const StepResult r = simulation->step(kGoOn, asked);
+            const StepResult r = simulation->step(kNoStop, latest);
             if (r.outcome == Outcome::done) break;
             REQUIRE_MESSAGE(r.outcome == Outcome::accepted, r.message);
             CHECK(r.record.certificate.certified);
-            CHECK(r.record.time <= asked * (1 + 1e-12));
+            CHECK(r.record.time <= latest * (1 + 1e-12));
             CHECK(r.record.step_length <= longest * (1 + 1e-5));
             last = r.record;
         }
-        CHECK(last.time == doctest::Approx(asked).epsilon(1e-12));
-        if (asked == end) break;
-        CHECK(last.time == asked);
+        CHECK(last.time == doctest::Approx(latest).epsilon(1e-12));
+        if (latest == end) break;
+        CHECK(last.time == latest);
         ++cuts;
-        CHECK(simulation->step(kGoOn, asked).outcome == Outcome::done);
+        CHECK(simulation->step(kNoStop, latest).outcome == Outcome::done);
     }
     CHECK(cuts > 10);
 }
@@ -225,7 +226,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
        *still = R"({"step": 0.1, "end": 1})",
        *motion = R"({"kind": "dynamic", "step": 0.01, "end": 0.3})";
     const char *rise = "[[0, 0.5], [0.2, 1], [1, -0.3]]", *first = "[[0, 0.5]]";
-    std::string scene, input, curve = rise, start = first, told = "block_top_displacement_z";
+    std::string scene, input, curve = rise, start = first, output = "block_top_displacement_z";
     SUBCASE("the factor on a traction")
     {
         scene = loaded_block(
@@ -262,7 +263,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
             R"("bodies": {"ball": {"kind": "rigid", "mass": 2, "force": [0, 0, 3], "over": CURVE,
             "shape": {"generate": "ball", "radius": 0.1}}}, "time": )" +
             std::string(motion);
-        input = "ball.over", told = "ball_z";
+        input = "ball.over", output = "ball_z";
     }
     SUBCASE("a solid's drive")
     {
@@ -281,7 +282,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
             "hold": [{"set": "start"}], "loads": [{"set": "end", "force": [0, 0, -8], "over": CURVE}]}},
             "time": )" +
                 std::string(still);
-        input = "rod.loads.0.over", told = "rod_end_z";
+        input = "rod.loads.0.over", output = "rod_end_z";
     }
     SUBCASE("a rod fed out of its sheath")
     {
@@ -293,7 +294,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
                 "fed": CURVE, "drag": 5}},
             "contact": [{"between": ["wire", "ball"], "friction": 0.2}],
             "time": {"step": 0.02, "end": 0.6, "smallest_step": 1e-5})";
-        input = "wire.fed", told = "wire_end_x";
+        input = "wire.fed", output = "wire_end_x";
         curve = "[[0, 0.004], [0.4, 0.03], [0.6, 0.02]]", start = "[[0, 0.004]]";
     }
     const std::vector<StepRecord> whole = run_of(*make(with_curve(scene, curve)));
@@ -308,7 +309,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
     for (const StepRecord& r : whole) {
         if (r.step > 0) led->set_input(number, curve_value(points, r.time));
         if (r.step == 5) state = led->save();
-        StepResult last = led->step(kGoOn, r.time);
+        StepResult last = led->step(kNoStop, r.time);
         REQUIRE_MESSAGE(last.outcome == Outcome::accepted, last.message);
         same.push_back(std::move(last.record));
         REQUIRE(same.back().time == doctest::Approx(r.time));
@@ -318,7 +319,7 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
             CHECK(std::abs(value_of(same.back(), q.name) - q.value) <=
                   1e-9 * scale * std::max(1.0, std::abs(q.value)));
         }
-        const double now = value_of(r, told);
+        const double now = value_of(r, output);
         least = std::min(least, now);
         largest = std::max(largest, now);
     }
@@ -327,10 +328,10 @@ TEST_CASE("drives and loads that a caller leads along curves move bodies as the 
     const auto again = make(with_curve(scene, start));
     again->restore(state);
     CHECK(again->input(number) == curve_value(points, whole[5].time));
-    check_same(again->step(kGoOn, whole[5].time).record, same[5]);
+    check_same(again->step(kNoStop, whole[5].time).record, same[5]);
 }
 
-TEST_CASE("inputs know what they may be, and a path of balances has none")
+TEST_CASE("inputs have bounds, and a path of balances has no inputs")
 {
     const auto rod = make(R"("bodies": {"wire": {"kind": "rod", "segments": [{"length": 0.06,
         "radius": 8e-4, "EI": 1e-4, "element": 1e-3}],
@@ -354,7 +355,7 @@ TEST_CASE("inputs know what they may be, and a path of balances has none")
     CHECK(path->inputs().empty());
 }
 
-TEST_CASE("a step that fails leaves the state of the last one and can be asked for again" *
+TEST_CASE("a step that fails leaves the state of the last one and can be repeated" *
           doctest::test_suite("slow"))
 {
     std::string scene, other;
@@ -386,12 +387,12 @@ TEST_CASE("a step that fails leaves the state of the last one and can be asked f
     StepResult r;
     while (true) {
         good = simulation->save();
-        r = simulation->step(kGoOn);
+        r = simulation->step(kNoStop);
         if (r.outcome != Outcome::accepted) break;
     }
     REQUIRE(r.outcome == Outcome::failed);
     CHECK(r.message.find("step ") == 0);
-    const StepResult again = simulation->step(kGoOn);
+    const StepResult again = simulation->step(kNoStop);
     CHECK(again.outcome == Outcome::failed);
     CHECK(again.message == r.message);
     // What continues from there in a scene that can is what continues from before the failure.
@@ -400,7 +401,7 @@ TEST_CASE("a step that fails leaves the state of the last one and can be asked f
     after->restore(simulation->save());
     int steps = 0;
     while (true) {
-        const StepResult a = before->step(kGoOn), b = after->step(kGoOn);
+        const StepResult a = before->step(kNoStop), b = after->step(kNoStop);
         REQUIRE(a.outcome == b.outcome);
         CHECK(a.message == b.message);
         if (a.outcome != Outcome::accepted) break;

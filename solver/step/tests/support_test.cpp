@@ -255,7 +255,7 @@ TEST_CASE("a probe's contact pressure is the load over the area on which it rest
 
 TEST_CASE("contacts of small sliding are reported where the bodies are now")
 {
-    // Two equal cubes, pressed together by 10 mm: their faces meet half-way.
+    // Two equal cubes, pressed together by 10 mm: their faces touch half-way.
     const std::string cube = R"("kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0,
         "mesh": {"generate": "box", "element": "H8", "size": [0.1, 0.1, 0.1], "cells": )";
     const Result r = done(R"("bodies": {"bed": {)" + cube +

@@ -69,7 +69,7 @@ TEST_CASE("a sheet between two blocks hands on the pressure and on each side its
         }
 }
 
-TEST_CASE("a thin sheet between two blocks that nothing presses is at rest")
+TEST_CASE("an unloaded thin sheet between two blocks is at rest")
 {
     // Round-off of its places, bent, moves it by a hundred times as much: no error of contacts that
     // neither gap nor slip.

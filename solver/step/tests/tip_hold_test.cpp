@@ -155,9 +155,9 @@ TEST_CASE("a held tip is the same in a frame that is turned, and continues from 
                     std::string(hold) + R"(, "turns": "held")", introducer) +
                R"("time": {"step": 0.05, "end": 1})";
     };
-    const std::string upright =
+    const std::string vertical =
         scene(R"(, "introducer": {"normal": [0, 1, 0]})", R"("y": [[0, 0], [1, 0.01]])");
-    const Result a = done(upright);
+    const Result a = done(vertical);
     const Result b = done(scene(R"(, "introducer": {"at": [1, 2, 3], "direction": [0, 0, 1],
                                      "normal": [1, 0, 0]})",
                                 R"("x": [[0, 0], [1, 0.01]])"));
@@ -167,14 +167,14 @@ TEST_CASE("a held tip is the same in a frame that is turned, and continues from 
     const Vec3 m = a.vector("tip_hold_moment"), n = b.vector("tip_hold_moment");
     CHECK((Vec3(n.z(), n.x(), n.y()) - m).norm() <= 1e-6 * m.norm());
 
-    const Scene whole = parse_scene("{\"schema\": 1, " + upright + "}", "test.json", {});
+    const Scene whole = parse_scene("{\"schema\": 1, " + vertical + "}", "test.json", {});
     const auto first = make_simulation(whole, build_obstacles(whole));
     Keep keep;
     std::atomic<bool> stop{false};
     keep.stop = &stop;
     keep.stop_at = 9;
     REQUIRE(first->run(keep, stop).status == "interrupted");
-    const Result rest = run(upright, {}, false, first->save());
+    const Result rest = run(vertical, {}, false, first->save());
     REQUIRE(rest.summary.status == "done");
     REQUIRE(keep.records.size() + rest.records.size() == a.records.size());
     for (std::size_t i = 0; i < rest.records.size(); ++i)

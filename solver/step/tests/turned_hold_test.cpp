@@ -220,7 +220,7 @@ TEST_CASE(
     CHECK(issue(R"({"set": "z_min", "gradient": [[0, 0, 1], [0, 0, 0]]})").find("three rows") !=
           std::string::npos);
     // Nodes that two holds take along: reported where these differ, however they are written.
-    const auto told = [](const std::string& other) {
+    const auto reported = [](const std::string& other) {
         const Scene scene = parse_scene(
             R"({"schema": 1, "bodies": {"b": {"kind": "solid", "youngs_modulus": 1e6,
             "poisson_ratio": 0.3, "mesh": {"generate": "box", "size": [1, 1, 1]}, "hold": [
@@ -230,6 +230,6 @@ TEST_CASE(
         const VolumeMesh mesh = make_solid_box({Vec3::Constant(-0.5), Vec3::Constant(0.5)});
         return find_conditions(scene.solids[0], mesh, "test.json").warnings.size();
     };
-    CHECK(told("[[0, 0, 1], [0, 0, 0.5], [0, 0, 2]]") == 0);
-    CHECK(told("[[0, 1, 0], [0, 0, 0], [0, 0, 0]]") == 1);
+    CHECK(reported("[[0, 0, 1], [0, 0, 0.5], [0, 0, 2]]") == 0);
+    CHECK(reported("[[0, 1, 0], [0, 0, 0], [0, 0, 0]]") == 1);
 }

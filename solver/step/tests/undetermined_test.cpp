@@ -1,4 +1,4 @@
-// Which contact forces the laws leave open at the accuracy asked.
+// Which contact forces the laws leave open at the requested accuracy.
 
 #include "solver/step/tests/body_runs.hpp"
 
@@ -149,7 +149,7 @@ TEST_CASE("a groove determines its forces as far as its angle is more than the a
             CHECK(u->max - u->min == doctest::Approx(0.1).epsilon(1e-3));
         }
     }
-    // Asked for more, it is determined.
+    // With a higher accuracy it is determined.
     CHECK(run(groove(1e-7, 0, kAtRest) + R"(, "accuracy": {"contact": 1e-10})")
               .summary.undetermined.empty());
 }

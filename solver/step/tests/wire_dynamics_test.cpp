@@ -228,7 +228,7 @@ TEST_CASE("a wire pushed out of its sheath at a steady speed keeps that speed")
         sum.released += r.energy.released;
     }
     // Mass that came out moving needs no force; at rest it would take density A v^2 to set it
-    // going.
+    // in motion.
     CHECK(push < 0.01 * mass_per_length * speed * speed);
     CHECK(kinetic_energy(b) - kinetic ==
           test::relative(0.5 * mass_per_length * 0.1 * speed * speed).epsilon(1e-6));

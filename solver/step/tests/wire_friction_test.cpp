@@ -81,16 +81,16 @@ TEST_CASE("friction of a force that grows over the step does the mean force's wo
 TEST_CASE("a contact that comes or leaves in the step has done half of its work and a chain of "
           "contacts that hand on a force has done all of it")
 {
-    Dragged comes, leaves;
-    comes.begin();
-    comes.drag();
-    comes.press(2, -kLyingFriction * 2 * Vec3::UnitX());
+    Dragged appears, leaves;
+    appears.begin();
+    appears.drag();
+    appears.press(2, -kLyingFriction * 2 * Vec3::UnitX());
     leaves.press(2, -kLyingFriction * 2 * Vec3::UnitX());
     leaves.begin();
     leaves.drag();
     leaves.press(0, Vec3::Zero());
-    const double half = comes.points() * kLyingFriction * 1 * kWay;
-    CHECK(comes.work() == test::relative(half).epsilon(1e-12));
+    const double half = appears.points() * kLyingFriction * 1 * kWay;
+    CHECK(appears.work() == test::relative(half).epsilon(1e-12));
     CHECK(leaves.work() == test::relative(half).epsilon(1e-12));
 }
 

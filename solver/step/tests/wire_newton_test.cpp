@@ -78,7 +78,7 @@ double sum_of_normals(const NewtonWorkspace& work)
 
 } // namespace
 
-TEST_CASE("a slender wire that turns far in one go takes few iterations whatever it turns by")
+TEST_CASE("a slender wire that turns far in one step takes few iterations whatever the angle")
 {
     // Nodes that turn stretch their elements by the square of it, and times EA that is a load that
     // has nothing to do with the balance: with a tangent of it 6, 14 and 26 iterations, not 4, 8
@@ -168,7 +168,7 @@ TEST_CASE(
         CHECK(s.wire.state.reaction[p].normal == test::relative(0.01).epsilon(1e-3));
 }
 
-TEST_CASE("no statuses of contacts are tried once a stop is asked for")
+TEST_CASE("no statuses of contacts are tried once a stop is requested")
 {
     OnPlane s(kLyingFriction);
     s.wire.dead_force.back() = Vec3(0, 0.05, -0.2);

@@ -1,6 +1,6 @@
 #include "mesh/base/file.hpp"
 #include "mesh/tests/temporary_folder.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 #include "solver/step/wire_overlap.hpp"

@@ -1,4 +1,4 @@
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/wire_simulation.hpp"
 

@@ -9,7 +9,7 @@
 using namespace amontons::studio;
 namespace fs = std::filesystem;
 
-TEST_CASE("tokens are 128 bits and never the same")
+TEST_CASE("tokens have 128 bits and never repeat")
 {
     std::set<std::string> seen;
     for (int i = 0; i < 100; ++i) {
@@ -38,7 +38,8 @@ TEST_CASE("hosts and origins are this machine with the own port")
     CHECK(is_own_host("localhost:81", 81));
     CHECK(is_own_host("[::1]:81", 81));
     for (const char* wrong : {"", "127.0.0.1", "127.0.0.1:8", "127.0.0.1:811", "evil.example:81",
-                              "127.0.0.1:81.evil.example", "localhost:81@evil", "0.0.0.0:81", "[::2]:81", "[::]:81", "::1:81"})
+                              "127.0.0.1:81.evil.example", "localhost:81@evil", "0.0.0.0:81",
+                              "[::2]:81", "[::]:81", "::1:81"})
         CHECK_FALSE(is_own_host(wrong, 81));
     CHECK(is_own_origin("", 81));
     CHECK(is_own_origin("http://localhost:81", 81));

@@ -1,7 +1,7 @@
 // Contact problems of every family, judged by the law as it is written; see
 // cases/generated-problems.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "validation/contact/problem_set.hpp"
 #include "validation/families/contact/contact.hpp"
 

@@ -1,11 +1,11 @@
 #include "validation/families/haptics/haptics.hpp"
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "haptics/link/body_link.hpp"
 #include "haptics/link/settings.hpp"
 #include "haptics/tests/closed_forms.hpp"
 #include "haptics/tests/virtual_wall.hpp"
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>

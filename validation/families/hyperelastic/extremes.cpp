@@ -62,7 +62,7 @@ struct Tally {
         }
     }
 
-    void tell(std::vector<Measured>& rows, const std::string& of, double tolerance = 1e-8) const
+    void add_rows(std::vector<Measured>& rows, const std::string& of, double tolerance = 1e-8) const
     {
         rows.push_back(
             at_most("runs that neither converge nor give the reason not, " + of, silent, 0));
@@ -103,7 +103,7 @@ std::vector<Measured> hyperelastic_extremes()
         }
     }
     // Places to 1e-16 are strains of 1e-9 to 1e-7.
-    contrast.tell(rows, "stiffness contrast 1e-9 to 1e9", 1e-6);
+    contrast.add_rows(rows, "stiffness contrast 1e-9 to 1e9", 1e-6);
 
     // A cube that stands on a plane, pressed at one speed in steps of all lengths.
     Tally steps;
@@ -120,7 +120,7 @@ std::vector<Measured> hyperelastic_extremes()
             steps.add(s.scene, fmt::format("step 1e{} s", decade), "cube_z_max_force_z",
                       confined_stress(kYoung, 1 - 0.4 * end));
         }
-    steps.tell(rows, "steps of 1e-6 to 1 s");
+    steps.add_rows(rows, "steps of 1e-6 to 1 s");
 
     // One of its layers is thin: cut into tetrahedra it is slivers, four nodes nearly in a plane.
     // On a plane, and on a cube of the same stiffness without such a layer: half of the way for
@@ -144,7 +144,7 @@ std::vector<Measured> hyperelastic_extremes()
                             fmt::format("thickness 1e{}{}", decade, solid ? " on a solid" : ""),
                             "cube_z_max_force_z", confined_stress(kYoung, solid ? 0.7 : 0.6));
             }
-    slivers.tell(rows, "layers of 0.1 to 1e-6 of a cube");
+    slivers.add_rows(rows, "layers of 0.1 to 1e-6 of a cube");
     return rows;
 }
 

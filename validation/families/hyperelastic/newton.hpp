@@ -68,7 +68,7 @@ inline MaterialInput material(const std::string& law, std::initializer_list<doub
     return m;
 }
 
-/// Makes a solid hyperelastic: the constants beside the material go.
+/// Makes a solid hyperelastic: the constants beside the material are removed.
 inline void set_material(SolidInput& solid, MaterialInput m)
 {
     solid.youngs_modulus = solid.poisson_ratio = 0;

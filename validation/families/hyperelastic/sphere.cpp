@@ -123,9 +123,9 @@ std::vector<Measured> sphere_inflation()
         const int across = kind == ElementKind::H8 ? 6 : 3;
         const VolumeMesh mesh = octant(1, 2, kind == ElementKind::H8 ? 8 : 4, across, kind);
         const SolidRun run = blown(mesh, neo_hooke, path, 0.5);
-        bool said = false;
+        bool reported = false;
         for (const StepRecord& r : run.steps)
-            said |= r.remark.find("beyond the largest load") != std::string::npos;
+            reported |= r.remark.find("beyond the largest load") != std::string::npos;
         for (std::size_t i = 0; i < path.size(); ++i) {
             rows.push_back(relative(
                 fmt::format("pressure at inner stretch {:.4g}, {}", path[i].first, element),
@@ -134,7 +134,7 @@ std::vector<Measured> sphere_inflation()
         }
         rows.push_back(
             at_most(std::string("not reported to be beyond the largest load, ") + element,
-                    said ? 0 : 1, 0));
+                    reported ? 0 : 1, 0));
         rows.push_back(newton_row(run, element));
     }
     const VolumeMesh thick = octant(1, 2, 6, 4, ElementKind::H8);

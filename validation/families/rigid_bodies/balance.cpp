@@ -1,6 +1,6 @@
 // B05, B06, B08, B14, B15, B16, G01: balance of rigid bodies, many, one or none.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "mesh/base/file.hpp"
 #include "solver/step/recorded_problem.hpp"
 #include "validation/families/rigid_bodies/rigid_bodies.hpp"
@@ -100,7 +100,7 @@ std::vector<Measured> masonry_arch()
     rows.push_back(
         left_out("B06: angle of the hinge, thrust; least friction at 0.1075 and 0.12, 96 "
                  "blocks",
-                 "asked is whether it stands; the five above take most of the time"));
+                 "the question is whether it stands; the five above take most of the time"));
     return rows;
 }
 
@@ -236,6 +236,7 @@ std::vector<Measured> painleve_rod()
     // m (W_nn - mu W_nt): normal acceleration by a normal force while it slips; negative in the
     // paradox zone. From the problem of one short step.
     std::vector<Measured> rows;
+    // ---- The entries of W
     // The two entries of W, whatever the friction.
     const auto entries = [](double degrees) {
         const double mu = 1;
@@ -264,6 +265,7 @@ std::vector<Measured> painleve_rod()
         return normal + mu * coupled;
     };
     {
+        // ---- Least friction with a paradox
         // The least friction with a paradox at any angle, by the golden section.
         const auto least = [&](double degrees) {
             const auto [normal, coupled] = entries(degrees);
@@ -279,6 +281,7 @@ std::vector<Measured> painleve_rod()
             relative("least friction with a paradox", 1.33333333, least(0.5 * (low + high)), 1e-6));
         rows.back().note = fmt::format("at {:.3f} degrees", 0.5 * (low + high));
     }
+    // ---- The paradox zone
     const auto root = [&](double from, double to, double mu) {
         return limit(from, to, 1e-4, [&](double d) { return (p(d, mu) > 0) == (p(to, mu) > 0); });
     };
@@ -292,6 +295,7 @@ std::vector<Measured> painleve_rod()
                                 root(high + 5, middle, mu), 0.01));
     }
     {
+        // ---- A step within the zone
         // In the zone forces have no answer, impulses have: a blow without a collision.
         SolidScene s("a rod in the paradox zone");
         const double a = 62 * kPi / 180, thin = 1e-6;

@@ -362,7 +362,7 @@ struct OnEdge : OnPlane {
         body->start.place = {half * std::cos(angle), 0, half * std::sin(angle)};
         scene.scene.time.theta = 0.5;
         // Next to none, but not 0: one blow where the corner would pass the floor within the
-        // step. The law of gaps would let it come down in two.
+        // step. With the law of gaps it would come down in two.
         scene.scene.contact[0].restitution = 1e-9;
     }
 };

@@ -1,6 +1,6 @@
 // Belt friction, C11, C18: rods along curved walls.
 
-#include "validation/families/bends.hpp"
+#include "validation/families/rods/bends.hpp"
 #include "validation/families/rods/rods.hpp"
 #include "validation/solid_run.hpp"
 

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 
 #include <cstdio>
 

@@ -23,7 +23,7 @@ double least_ply_distance(const std::vector<Vec3>& a, const std::vector<Vec3>& b
     return least;
 }
 
-/// Where a ply meets the plane x; plies run along x.
+/// Where a ply crosses the plane x; plies run along x.
 Vec3 ply_at(const std::vector<Vec3>& ply, double x)
 {
     for (std::size_t i = 0; i + 1 < ply.size(); ++i)

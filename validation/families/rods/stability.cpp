@@ -75,6 +75,7 @@ std::vector<Measured> lee_frame()
         rod.loads.push_back(load);
         RodBody body(rod, nullptr, 0);
         const std::size_t loaded = std::size_t(body.model().node_at(*load.at));
+        // ---- The path of balances, by arc length
         std::vector<double> P{0}, v{0};
         double t = 0, length = 0.005 * L;
         int tries = 0;
@@ -88,6 +89,7 @@ std::vector<Measured> lee_frame()
             P.push_back(t);
             v.push_back(L - body.nodes()[loaded].position().y());
         }
+        // ---- What the path is compared in: loads at deflections, its extrema and turns
         // The load where the deflection first comes by, on the path up to its first turn.
         const auto load_at = [&](double deflection) {
             for (std::size_t i = 1; i + 1 < P.size() && v[i] > v[i - 1]; ++i) {
@@ -116,7 +118,8 @@ std::vector<Measured> lee_frame()
             if (v[i] < v[i - 1] && v[i] <= v[i + 1] && v_turn[1] == 0)
                 v_turn[1] = extremum(&P[i - 1], &v[i - 1]).value;
         }
-        // 20 elements in all are asked for; order 4
+        // ---- Comparison with the published values
+        // 20 elements in all are requested; order 4
         const double tolerance = elements == 10 ? 2e-3 : 2e-4;
         const std::string of = fmt::format(", {} elements", 2 * elements);
         rows.push_back(relative("largest load [N]" + of, 18556.73, most, tolerance));
@@ -173,6 +176,7 @@ std::vector<Measured> euler_columns()
         const char* last;
         double P;
     };
+    // ---- Critical loads of columns by their ends
     const Column columns[] = {{"pinned", "free", "free", 9.8696044},
                               {"clamped and free", "held", nullptr, 2.4674011},
                               {"clamped and pinned", "held", "free", 20.1907286},
@@ -184,6 +188,7 @@ std::vector<Measured> euler_columns()
             relative(fmt::format("critical load, {}, 20 elements", c.name), c.P, found, 2e-4));
     }
     {
+        // ---- Critical weight, end load of a strip on edge, end torque
         RodInput heavy = uniform_rod(1, 1, 1, EA, 0, 20);
         heavy.plane = Vec3::UnitZ();
         RodLoad weight;
@@ -218,6 +223,7 @@ std::vector<Measured> euler_columns()
         rows.push_back(relative("critical end torque of a clamped shaft M L/EI, 20 elements",
                                 8.98681892, critical(shaft, nullptr, 7, 11, 0.5, 1e-4), 1e-3));
     }
+    // ---- After buckling
     // Beyond the critical load; a temporary push at the middle starts the buckling.
     struct Post {
         double angle, load, x_end, middle;

@@ -90,7 +90,7 @@ std::vector<Measured> ball_impact()
     b.density = 2700 * 2 / share;
     b.hold = {hold("x_min", still(), {}, {}), hold("y_min", {}, still(), {})};
     b.start.velocity = {0, 0, -v};
-    b.start.place = {0, 0, 3e-7}; // a step before they meet
+    b.start.place = {0, 0, 3e-7}; // a step before they touch
     s.plane("plane", Vec3::Zero(), Vec3::UnitZ());
     s.touch("ball", "plane", 0, "low").reach = 0.02 * R;
     s.scene.time.kind = "dynamic";

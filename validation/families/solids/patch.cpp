@@ -18,7 +18,7 @@ struct Worst {
     double u = 0, p = 0, force = 0;
 };
 
-/// @param accuracy  of the contact problem; 0: the one that comes without asking
+/// @param accuracy  of the contact problem; 0: the default
 Worst patch(const std::string& element, double nu, double mu, double turn, double accuracy)
 {
     SolidScene s("patch");

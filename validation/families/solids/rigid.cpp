@@ -1,6 +1,6 @@
 // A10, G04, G05: rigid bodies in balance, or just no longer.
 
-#include "contact/solve.hpp"
+#include "contact/solvers/solve.hpp"
 #include "validation/families/solids/blocks.hpp"
 #include "validation/families/solids/solids.hpp"
 
@@ -68,7 +68,7 @@ std::vector<Measured> wedge()
                 (0.1 + mu) / (1 - 0.1 * mu), from + (to - from) * reached, rigid ? 1e-6 : 1e-3));
             rows.back().note = run.summary.message;
         }
-    // Without friction one push holds the block, a larger one drives it up and a smaller one lets
+    // Without friction one push holds the block, a larger one drives it up and with a smaller one
     // it down: its speed is linear in the push, and 0 where it holds.
     const auto speed = [&](double push) {
         SolidScene s("a block on a wedge");

@@ -134,11 +134,11 @@ void refused(std::vector<Measured>& rows, const std::string& what, PressedBlocks
             o.kind = kind;
             o.small = small;
             const SolidRun run = run_blocks(o);
-            const bool said = run.summary.status == "failed" &&
-                              run.summary.message.find(word) != std::string::npos;
+            const bool reported = run.summary.status == "failed" &&
+                                  run.summary.message.find(word) != std::string::npos;
             rows.push_back(at_most(fmt::format("refused: {}, {}{}", what, name_of(kind),
                                                small ? "" : ", finite sliding"),
-                                   said ? 0 : 1, 0));
+                                   reported ? 0 : 1, 0));
             rows.back().note = run.summary.status + ": " + run.summary.message;
         }
 }

@@ -29,7 +29,7 @@ std::vector<Measured> units_changed()
         RaousOptions o;
         o.element = kind;
         o.cells = kind == ElementKind::H8 ? 32 : 16; // nodes at the points
-        // Asked for down to round-off, the last iterations are a matter of rounding.
+        // With a tolerance near round-off, the last iterations are a matter of rounding.
         constexpr double kUsual = 1e-8, kFine = 1e-10;
         o.accuracy = kUsual;
         const Raous usual = raous(o);

@@ -35,7 +35,7 @@ std::vector<Measured> bend45()
             const Vec3 tip = solve(wire, &start).state.nodes.back().position();
             const double size = (r.tip - start).norm();
             if (r.force < 600 && n != 8 && n != 64) continue;
-            // Order 2: the tolerances of 16 and 32 lie between the two that are asked for.
+            // Order 2: the tolerances of 16 and 32 lie between the two specified ones.
             const double tolerance = n == 8 ? 3e-4 : n == 64 ? 5e-6 : n == 16 ? 8e-5 : 2e-5;
             Measured m = relative(fmt::format("tip displacement, {} N, {} elements", r.force, n),
                                   size, (tip - start).norm(), tolerance);

@@ -37,7 +37,7 @@ struct Capstan {
     int free = 3;    // elements off the cylinder at either end
 };
 
-/// Place at an arc length s from where the cable meets the cylinder on the pulled side.
+/// Place at an arc length s from where the cable touches the cylinder on the pulled side.
 Vec3 place(double s, double angle, Vec3& tangent)
 {
     // Runs clockwise from the pulled end down to the load: at angle `angle` first, 0 last.

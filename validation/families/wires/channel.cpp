@@ -1,7 +1,7 @@
-#include "validation/families/bends.hpp"
+#include "validation/families/rods/bends.hpp"
 #include "validation/families/wires/wires.hpp"
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/simulation.hpp"
 #include "solver/step/wire_step.hpp"

@@ -1,6 +1,6 @@
 #include "validation/families/wires/wires.hpp"
 
-#include "solver/scene/build.hpp"
+#include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
 #include "solver/step/simulation.hpp"
 #include "validation/scene_run.hpp"

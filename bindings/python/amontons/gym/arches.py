@@ -62,7 +62,7 @@ def draw_arch(kind, rng, *, width=1.0, height=1.0, diameter=1.0, blend=0.002):
     """The field `surface` of an obstacle: an arch of type `kind`, one of TYPES, drawn by a numpy Generator.
 
     width, height, diameter: factors of all, as stEVE's AorticArchRandom scales. blend [m]: radius of the edges where
-    vessels meet. Numbers that make no vessel (a root as wide as the arch, branches in one another) are drawn again,
+    vessels join. Numbers that make no vessel (a root as wide as the arch, branches in one another) are drawn again,
     so that tails of the deviations are missing.
     """
     if kind not in TYPES:

@@ -1,4 +1,4 @@
-"""What an environment simulates: instruments, vessel, friction, and where the tip shall go."""
+"""What an environment simulates: instruments, vessel, friction, and the target of the tip."""
 
 import dataclasses
 

@@ -3,7 +3,7 @@
 #
 # How hard must one push? Without friction the work of the hand becomes bending energy: of each further piece of wire
 # that enters a bend, EI / (2 r^2) a metre, r the radius that the wire's middle line takes along the outer wall. So the
-# push is EI / (2 r^2) [N], whatever the mesh and the steps are. We make the scene, step it, and look.
+# push is EI / (2 r^2) [N], whatever the mesh and the steps are. We make the scene, step it, and examine the result.
 
 # %% A tube of 2 mm that turns by 180 degrees with a radius of 50 mm, and a wire of 0.9 mm.
 import amontons as am
@@ -48,4 +48,4 @@ assert (batch.advance(9) != 2).all(), batch.messages
 needed = batch.quantity("push_force")
 for mu, force in zip(mus, needed):
     print(f"mu = {mu:.2f}: {force:.3f} N")
-assert (np.diff(needed) > 0).all()  # friction asks for more
+assert (np.diff(needed) > 0).all()  # friction requires more

@@ -2,7 +2,7 @@
 # # In the hand
 #
 # A scene with a "haptic" is felt at 1 kHz while it is simulated at 25 to 100 Hz. The loop runs on threads of C++; Python
-# starts it, looks, and reads the trace. In virtual time every run has the same ticks.
+# starts it, observes it, and reads the trace. In virtual time every run has the same ticks.
 
 # %% A ball that a simulated hand presses on a floor: two springs in a row, the hand's and the coupling's.
 import time
@@ -25,14 +25,14 @@ with am.haptic.Session(scene, virtual_time=True) as session:
 summary, trace = session.summary(), session.trace()
 print(summary["ticks"], "ticks,", summary["contacts"]["max"], "contact, fault:", summary["fault"] or "none")
 
-# %% The hand wants to be 4 mm below the floor and meets half of 1000 N/m.
+# %% The hand moves to 4 mm below the floor, against half of 1000 N/m.
 force = trace["sent_z"]
 print(f"{force[-1]:.2f} N")
 assert abs(force[-1] - 0.004 * 500) < 0.1
 assert np.abs(np.diff(force)).max() < 0.1  # no tick jumps
 assert summary["energy_injected"] == 0  # it gives the hand no energy
 
-# %% By the clock: examine it while it lasts, change the floor's friction, stop.
+# %% In real time: examine it while it lasts, change the floor's friction, stop.
 session = am.haptic.Session(scene, duration=30)
 session.start()
 while (now := session.latest()) is None or now.steps < 3:

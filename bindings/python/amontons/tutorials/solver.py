@@ -2,7 +2,7 @@
 # # A contact solver of one's own
 #
 # u = W r + q, and between u and r the laws of Signorini and Coulomb. We write projected Gauss-Seidel, hold it against
-# amontons on a problem that a step has found, let it answer inside the steps of a scene, and compare error and time.
+# amontons on a problem of a step, use it inside the steps of a scene, and compare error and time.
 
 # %% One contact's block at a time, with De Saxce's shift and the projection on Coulomb's cone.
 import amontons as am
@@ -34,7 +34,7 @@ def gauss_seidel(W, q, mu, kinds=None, tolerance=1e-13):
     return r
 
 
-# %% A box on a slope: what its first steps ask.
+# %% A box on a slope: the contact problems of its first steps.
 scene = am.Scene({
     "schema": 1, "gravity": [4, 0, -9.81], "bodies": {
         "floor": {"kind": "obstacle", "surface": {"generate": "plane"}},

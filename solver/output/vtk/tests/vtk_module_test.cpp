@@ -214,7 +214,7 @@ Colours colours_of(const fs::path& png, double part)
 
 } // namespace
 
-TEST_CASE("a picture shows the wire and its contact forces if there are any" *
+TEST_CASE("a picture shows the wire, and contact forces if there are any" *
           doctest::test_suite("slow"))
 {
     if (no_screen()) return;
@@ -357,7 +357,7 @@ TEST_CASE("a VTP surface comes as triangles in the file's orientation")
     char message[300] = "";
     auto* read =
         module().function<decltype(amontons_vtk_read_surface)>("amontons_vtk_read_surface");
-    auto* give_back = module().function<decltype(amontons_vtk_free)>("amontons_vtk_free");
+    auto* restore = module().function<decltype(amontons_vtk_free)>("amontons_vtk_free");
     const auto read_file = [&](const fs::path& file) {
         return read(file.c_str(), &points, &point_count, &triangles, &triangle_count, message,
                     sizeof message);
@@ -376,8 +376,8 @@ TEST_CASE("a VTP surface comes as triangles in the file's orientation")
                        (p[2][0] - p[0][0]) * (p[1][1] - p[0][1]));
     }
     CHECK(area == doctest::Approx(4));
-    give_back(points);
-    give_back(triangles);
+    restore(points);
+    restore(triangles);
 
     for (const fs::path& bad :
          {folder.path / "missing.vtp", folder.write("text.vtp", "solid a\n"),
