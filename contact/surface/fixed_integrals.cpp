@@ -226,8 +226,7 @@ void FixedIntegrals::flush_(int only)
 /// Shape functions of the slave's face and the points' places in the plane.
 /// @return  the area of the face per area of the plane
 template <int kNodes>
-FixedIntegrals::Many FixedIntegrals::shape_(const Waiting& points, Many N[kNodes],
-                                            Many z[2]) const
+FixedIntegrals::Many FixedIntegrals::shape_(const Waiting& points, Many N[kNodes], Many z[2]) const
 {
     z[0] = points.z[0];
     z[1] = points.z[1];
@@ -275,8 +274,7 @@ FixedIntegrals::Many FixedIntegrals::shape_(const Waiting& points, Many N[kNodes
             N[4] = 4 * a * b;
             N[5] = 4 * b * c;
             const Many at_0 = 1 - 4 * c;
-            const Many by_a[6] = {at_0,           4 * a - 1, Many::Zero(),
-                                  4 * (c - a), 4 * b,     -4 * b};
+            const Many by_a[6] = {at_0, 4 * a - 1, Many::Zero(), 4 * (c - a), 4 * b, -4 * b};
             const Many by_b[6] = {at_0, Many::Zero(), 4 * b - 1, -4 * a, 4 * a, 4 * (c - b)};
             Many p[3], q[3];
             for (int k = 0; k < 3; ++k) {
@@ -306,7 +304,8 @@ template <int kNodes> void FixedIntegrals::integrate_(const Waiting& points, int
     Many N[kNodes], z[2];
     const Many w = points.weight * shape_<kNodes>(points, N, z);
     const Many dx = z[0] - points.corner[0], dy = z[1] - points.corner[1];
-    Many n[3], y[3] = {z[0], z[1], points.height[0] + dx * points.height[1] + dy * points.height[2]};
+    Many n[3],
+        y[3] = {z[0], z[1], points.height[0] + dx * points.height[1] + dy * points.height[2]};
     for (int k = 0; k < 3; ++k)
         n[k] = points.n[0][k] + dx * points.n[1][k] + dy * points.n[2][k];
     const Many per_size = 1 / (n[0].square() + n[1].square() + n[2].square()).sqrt();

@@ -221,8 +221,8 @@ private:
                     master_faces_->facets[static_cast<std::size_t>(i)].normal)) >= kFacing)
                 near_.push_back(i);
         });
-        // A tree's order is of no meaning, but that of a body that does not bend stays.
-        if (!fixed_) std::sort(near_.begin(), near_.end());
+        // The tree's order is of no meaning; that of the surface finds neighbours close in memory.
+        std::sort(near_.begin(), near_.end());
         // Behind a face comes first what the body has there itself: no overlap is deeper.
         if (!at_rest_.empty()) behind_.assign(near_.size(), std::nullopt);
         double own_thickness = range;

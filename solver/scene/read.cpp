@@ -388,8 +388,7 @@ void Reader::object(const Json& json, const ObjectDeclaration& declaration, void
 {
     if (json.is_string() && !declaration.shorthand.empty())
         return object(Json{{declaration.shorthand, json}}, declaration, target, place);
-    if (!json.is_object())
-        return wrong(place, shown(json), object_in_words(declaration));
+    if (!json.is_object()) return wrong(place, shown(json), object_in_words(declaration));
     const VariantDeclaration* variant = nullptr;
     if (!declaration.discriminator.empty()) {
         variant = variant_of(json, declaration, place);
