@@ -22,22 +22,23 @@ ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_bac
     return p;
 }
 
-bool polygons_apart(const ConvexPolygon& p, const ConvexPolygon& q)
+bool cut_to(const ConvexPolygon& q, ConvexPolygon& p)
 {
-    const auto box = [](const ConvexPolygon& of) {
-        Eigen::AlignedBox2d all;
-        for (int i = 0; i < of.count; ++i)
-            all.extend(of[i]);
-        return all;
-    };
-    return !box(p).intersects(box(q));
-}
-
-bool is_within(const ConvexPolygon& p, const ConvexPolygon& q)
-{
-    for (int k = 0; k < q.count; ++k)
-        for (int i = 0; i < p.count; ++i)
-            if (twice_area(q[k], q[k + 1 < q.count ? k + 1 : 0], p[i]) < 0) return false;
+    ConvexPolygon rest;
+    for (int k = 0; k < q.count; ++k) {
+        const Vec2 &a = q[k], &b = q[k + 1 < q.count ? k + 1 : 0];
+        double least = twice_area(a, b, p[0]), most = least;
+        for (int i = 1; i < p.count; ++i) {
+            const double side = twice_area(a, b, p[i]);
+            least = std::min(least, side);
+            most = std::max(most, side);
+        }
+        if (!(most > 0)) return false;
+        if (!(least < 0)) continue;
+        keep_left(p, a, b, rest);
+        if (rest.count == 0) return false;
+        p = rest;
+    }
     return true;
 }
 

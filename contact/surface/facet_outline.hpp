@@ -9,11 +9,9 @@ namespace amontons {
 ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
                       double heights[2]);
 
-/// Whether the boxes around two polygons do not touch.
-bool polygons_apart(const ConvexPolygon& p, const ConvexPolygon& q);
-
-/// Whether all of p is in q.
-bool is_within(const ConvexPolygon& p, const ConvexPolygon& q);
+/// Replaces p by what it shares with q, cut by those sides alone that it crosses.
+/// @return  false if there is nothing; p is then of no meaning
+bool cut_to(const ConvexPolygon& q, ConvexPolygon& p);
 
 /// Whether no corner turns inwards, seen along the normal; degenerate corners count as straight.
 bool is_convex_polygon(const ConvexPolygon& p);

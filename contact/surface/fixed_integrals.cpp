@@ -18,13 +18,23 @@ namespace amontons {
 namespace {
 
 constexpr double kRoundOff = 1e-14; // of a face's sides: it is plane
-constexpr double kSmallBend = 0.05; // beyond the rule's degree (bend / 2)^5 is left out, 1e-8
+constexpr double kLittleBent = 0.2; // Newton's method finds places from the middle of the face
+constexpr double kSmallBend = 0.04; // beyond the rule's degree (bend / 2)^5 is left out, 3e-9
 /// Segments that are smaller than this part of the slave's face take the rule of degree 2: four
 /// powers of it are left out, 1e-7 of what the integrals are.
 constexpr double kSmallSegment = 0.1;
-constexpr int kBlock = 8; // points at once
 constexpr int kNewtonSteps = 20;
 constexpr double kSquared = 1e-7, kRightPlace = 1e-13, kBeyondBorder = 0.25; // as in facets.cpp
+
+/// Newton's steps from a guess that is off by no more than this, on the reference face, where each
+/// squares it.
+int steps_from(double off)
+{
+    int steps = 0;
+    for (; off > kRightPlace; off *= off)
+        ++steps;
+    return steps;
+}
 
 } // namespace
 
@@ -46,6 +56,7 @@ void FixedIntegrals::begin_facet(const Facet& slave)
 {
     facet_ = &slave;
     plane_.emplace(slave);
+    over_.facet = nullptr;
     face_ = FaceInPlane(surface_.face(std::size_t(slave.face)), places_, *plane_);
     last_.setZero();
     has_dual_ = has_only_ = false;
@@ -63,6 +74,14 @@ void FixedIntegrals::begin_facet(const Facet& slave)
         };
         bend_ = (std::abs(cross(along_[0], twist_)) + std::abs(cross(twist_, along_[1]))) /
                 std::abs(cross(along_[0], along_[1]));
+        if (bend_ <= kLittleBent) {
+            Eigen::Matrix2d slope;
+            slope << along_[0].head<2>(), along_[1].head<2>();
+            near_slope_ = slope.inverse();
+            polygon_corner_ = middle_.head<2>();
+            polygon_xi_.setZero();
+            steps_ = steps_from(bend_);
+        }
         return;
     }
     const Vec2 a = (*plane_)(slave.corner[0]).head<2>(), b = (*plane_)(slave.corner[1]).head<2>(),
@@ -100,7 +119,8 @@ void FixedIntegrals::find_on_quadrilateral_(const Vec2& z)
     xi.setConstant(std::numeric_limits<double>::infinity());
 }
 
-/// Near a place of a polygon that is small against the face the slope there serves for all of it.
+/// Where a quadrilateral is nearly a parallelogram the slope in its middle serves for all of it;
+/// else, near a place of a polygon that is small against the face, the slope there.
 void FixedIntegrals::begin_polygon_(const Vec2& z, double part)
 {
     contraction_ = bend_ * part;
@@ -108,6 +128,7 @@ void FixedIntegrals::begin_polygon_(const Vec2& z, double part)
         contraction_ = 1;
         return;
     }
+    if (bend_ <= kLittleBent) return; // as begin_facet has it
     find_on_quadrilateral_(z);
     if (!last_.allFinite()) {
         contraction_ = 1;
@@ -118,152 +139,212 @@ void FixedIntegrals::begin_polygon_(const Vec2& z, double part)
     near_slope_ = slope.inverse();
     polygon_corner_ = z;
     polygon_xi_ = last_;
-    // The first guess is off by no more than the contraction, and Newton's method squares it.
-    steps_ = 0;
-    for (double off = contraction_; off > kRightPlace; off *= off)
-        ++steps_;
+    steps_ = steps_from(contraction_);
 }
 
-/// @return  false where there is none on the face or close to it
-bool FixedIntegrals::locate_(const Vec2& z, Point& at)
+void FixedIntegrals::set_master_(const Facet& master)
 {
-    if (face_.nodes == 4) {
-        find_on_quadrilateral_(z);
-        if (!(last_.cwiseAbs().maxCoeff() <= 1 + kBeyondBorder)) return false;
-        const double x = last_.x(), y = last_.y();
-        at.N << 0.25 * (1 - x) * (1 - y), 0.25 * (1 + x) * (1 - y), 0.25 * (1 + x) * (1 + y),
-            0.25 * (1 - x) * (1 + y), 0, 0;
-        at.z = z;
-        const Vec3 normal = (along_[0] + y * twist_).cross(along_[1] + x * twist_);
-        at.stretch = normal.norm() / std::abs(normal.z());
-        return at.stretch > 0;
-    }
-    const Vec2 xi = slope_ * z + offset_;
-    if (face_.nodes == 3) {
-        at.N << 1 - xi.x() - xi.y(), xi.x(), xi.y(), 0, 0, 0;
-        at.z = z;
-        return true;
-    }
-    const FaceSpot s = spot(face_, xi);
-    at.N = s.values;
-    at.z = s.place.head<2>();
-    at.stretch = s.along[0].cross(s.along[1]).norm() * std::abs(slope_.determinant());
-    return at.stretch > 0;
+    if (over_.facet == &master) return;
+    over_.facet = &master;
+    std::array<Vec3, 3> corner;
+    for (std::size_t k = 0; k < 3; ++k)
+        corner[k] = (*plane_)(master.corner[k]);
+    over_.corner = corner[0].head<2>();
+    const Vec3 a = corner[1] - corner[0], b = corner[2] - corner[0];
+    // Derivatives of the shares of the second and the third corner.
+    const double twice = a.x() * b.y() - a.y() * b.x();
+    const Vec2 u = Vec2(b.y(), -b.x()) / twice, v = Vec2(-a.y(), a.x()) / twice;
+    over_.height << corner[0].z(), a.z() * u + b.z() * v;
+    over_.n[0] = master.normal;
+    over_.n[1] = over_.n[2] = Vec3::Zero();
+    if (!master_.normals.has(master.face)) return;
+    over_.n[0] = master_.normals.corner(master.face, 0);
+    const Vec3 along_u = master_.normals.corner(master.face, 1) - over_.n[0],
+               along_v = master_.normals.corner(master.face, 2) - over_.n[0];
+    for (int k = 0; k < 2; ++k)
+        over_.n[1 + k] = u[k] * along_u + v[k] * along_v;
 }
 
-/// Sums over the points of a polygon: of one function of the multipliers, or of all.
-template <int kNodes> struct FixedIntegrals::Sums {
-    Eigen::Matrix<double, kNodes, kNodes> NN = Eigen::Matrix<double, kNodes, kNodes>::Zero();
-    Eigen::Matrix<double, kNodes, 3> Nn = Eigen::Matrix<double, kNodes, 3>::Zero(), Ny = Nn;
-    Eigen::Matrix<double, kNodes, 1> N = Eigen::Matrix<double, kNodes, 1>::Zero();
-    Vec3 n = Vec3::Zero(), y = Vec3::Zero();
-    double area = 0;
-};
-
-/// Several points at once, on triangles and quadrilaterals: most of what contact with triangles
-/// costs.
-void FixedIntegrals::add_block_(const MasterPlane& master, const double* x_of, const double* y_of,
-                                const double* w_of, Sums<4>& sums) const
+void FixedIntegrals::add_point_(const Vec2& z, double weight, Waiting& to, int only)
 {
-    using Many = Eigen::Array<double, 1, kBlock>;
-    const Many x = Eigen::Map<const Many>(x_of), y = Eigen::Map<const Many>(y_of);
-    Many w = Eigen::Map<const Many>(w_of);
-    Eigen::Matrix<double, 4, kBlock> N;
+    const int k = to.count;
     if (face_.nodes == 4) {
-        const Many dx = x - polygon_corner_.x(), dy = y - polygon_corner_.y();
-        Many a = polygon_xi_.x() + near_slope_(0, 0) * dx + near_slope_(0, 1) * dy,
-             b = polygon_xi_.y() + near_slope_(1, 0) * dx + near_slope_(1, 1) * dy;
-        for (int k = 0; k < steps_; ++k) {
+        Vec2 xi;
+        if (contraction_ < 1) {
+            xi = polygon_xi_ + near_slope_ * (z - polygon_corner_);
+            to.steps = std::max(to.steps, steps_);
+        } else {
+            find_on_quadrilateral_(z);
+            if (!(last_.cwiseAbs().maxCoeff() <= 1 + kBeyondBorder)) return;
+            xi = last_;
+        }
+        to.xi[0][k] = xi.x();
+        to.xi[1][k] = xi.y();
+    }
+    to.weight[k] = weight;
+    for (int i = 0; i < 2; ++i) {
+        to.z[i][k] = z[i];
+        to.corner[i][k] = over_.corner[i];
+    }
+    for (int i = 0; i < 3; ++i) {
+        to.height[i][k] = over_.height[i];
+        for (int j = 0; j < 3; ++j)
+            to.n[i][j][k] = over_.n[i][j];
+    }
+    if (++to.count == kBlock) flush_(only);
+}
+
+void FixedIntegrals::flush_(int only)
+{
+    Waiting& points = waiting_[only + 1];
+    if (points.count == 0) return;
+    const auto fill = [&](Many& value) { // once more, of no weight
+        for (int k = points.count; k < kBlock; ++k)
+            value[k] = value[0];
+    };
+    for (int i = 0; i < 2; ++i) {
+        fill(points.z[i]);
+        fill(points.xi[i]);
+        fill(points.corner[i]);
+    }
+    for (int i = 0; i < 3; ++i) {
+        fill(points.height[i]);
+        for (Many& value : points.n[i])
+            fill(value);
+    }
+    for (int k = points.count; k < kBlock; ++k)
+        points.weight[k] = 0;
+    if (face_.nodes == 3)
+        integrate_<3>(points, only);
+    else if (face_.nodes == 4)
+        integrate_<4>(points, only);
+    else
+        integrate_<6>(points, only);
+    points.count = points.steps = 0;
+}
+
+/// Shape functions of the slave's face and the points' places in the plane.
+/// @return  the area of the face per area of the plane
+template <int kNodes>
+FixedIntegrals::Many FixedIntegrals::shape_(const Waiting& points, Many N[kNodes], Many z[2]) const
+{
+    z[0] = points.z[0];
+    z[1] = points.z[1];
+    Many a, b;
+    if constexpr (kNodes == 4) {
+        a = points.xi[0];
+        b = points.xi[1];
+        for (int k = 0; k < points.steps; ++k) {
             const Many px = along_[0].x() + b * twist_.x(), py = along_[0].y() + b * twist_.y(),
                        qx = along_[1].x() + a * twist_.x(), qy = along_[1].y() + a * twist_.y();
-            const Many off_x = x - middle_.x() - a * px - b * along_[1].x(),
-                       off_y = y - middle_.y() - a * py - b * along_[1].y();
+            const Many off_x = z[0] - middle_.x() - a * px - b * along_[1].x(),
+                       off_y = z[1] - middle_.y() - a * py - b * along_[1].y();
             const Many per_area = 1 / (px * qy - py * qx);
             a += (qy * off_x - qx * off_y) * per_area;
             b += (px * off_y - py * off_x) * per_area;
         }
-        N.row(0) = 0.25 * (1 - a) * (1 - b);
-        N.row(1) = 0.25 * (1 + a) * (1 - b);
-        N.row(2) = 0.25 * (1 + a) * (1 + b);
-        N.row(3) = 0.25 * (1 - a) * (1 + b);
-        if (warp_ > 0) {
+        N[0] = 0.25 * (1 - a) * (1 - b);
+        N[1] = 0.25 * (1 + a) * (1 - b);
+        N[2] = 0.25 * (1 + a) * (1 + b);
+        N[3] = 0.25 * (1 - a) * (1 + b);
+        if (!(warp_ > 0)) return Many::Ones();
+        Many p[3], q[3];
+        for (int k = 0; k < 3; ++k) {
+            p[k] = along_[0][k] + b * twist_[k];
+            q[k] = along_[1][k] + a * twist_[k];
+        }
+        const Many up = p[0] * q[1] - p[1] * q[0];
+        return (1 + ((p[1] * q[2] - p[2] * q[1]).square() + (p[2] * q[0] - p[0] * q[2]).square()) /
+                        up.square())
+            .sqrt();
+    } else {
+        a = slope_(0, 0) * z[0] + slope_(0, 1) * z[1] + offset_.x();
+        b = slope_(1, 0) * z[0] + slope_(1, 1) * z[1] + offset_.y();
+        const Many c = 1 - a - b;
+        if constexpr (kNodes == 3) {
+            N[0] = c;
+            N[1] = a;
+            N[2] = b;
+            return Many::Ones();
+        } else {
+            N[0] = c * (2 * c - 1);
+            N[1] = a * (2 * a - 1);
+            N[2] = b * (2 * b - 1);
+            N[3] = 4 * c * a;
+            N[4] = 4 * a * b;
+            N[5] = 4 * b * c;
+            const Many at_0 = 1 - 4 * c;
+            const Many by_a[6] = {at_0, 4 * a - 1, Many::Zero(), 4 * (c - a), 4 * b, -4 * b};
+            const Many by_b[6] = {at_0, Many::Zero(), 4 * b - 1, -4 * a, 4 * a, 4 * (c - b)};
             Many p[3], q[3];
             for (int k = 0; k < 3; ++k) {
-                p[k] = along_[0][k] + b * twist_[k];
-                q[k] = along_[1][k] + a * twist_[k];
+                p[k] = by_a[0] * face_.node[0][k];
+                q[k] = by_b[0] * face_.node[0][k];
+                for (std::size_t i = 1; i < 6; ++i) {
+                    p[k] += by_a[i] * face_.node[i][k];
+                    q[k] += by_b[i] * face_.node[i][k];
+                }
             }
-            const Many up = p[0] * q[1] - p[1] * q[0];
-            w *=
-                (1 + ((p[1] * q[2] - p[2] * q[1]).square() + (p[2] * q[0] - p[0] * q[2]).square()) /
-                         up.square())
-                    .sqrt();
+            for (int k = 0; k < 2; ++k) {
+                z[k] = N[0] * face_.node[0][k];
+                for (std::size_t i = 1; i < 6; ++i)
+                    z[k] += N[i] * face_.node[i][k];
+            }
+            return std::abs(slope_.determinant()) *
+                   ((p[1] * q[2] - p[2] * q[1]).square() + (p[2] * q[0] - p[0] * q[2]).square() +
+                    (p[0] * q[1] - p[1] * q[0]).square())
+                       .sqrt();
         }
-    } else {
-        const Many a = slope_(0, 0) * x + slope_(0, 1) * y + offset_.x(),
-                   b = slope_(1, 0) * x + slope_(1, 1) * y + offset_.y();
-        N.row(0) = 1 - a - b;
-        N.row(1) = a;
-        N.row(2) = b;
-        N.row(3).setZero();
     }
-    const Many dx = x - master.corner.x(), dy = y - master.corner.y();
-    const Many u = master.inverse(0, 0) * dx + master.inverse(0, 1) * dy,
-               v = master.inverse(1, 0) * dx + master.inverse(1, 1) * dy;
-    Eigen::Matrix<double, 3, kBlock> n, place;
+}
+
+/// Adds points to the integrals: most of what contact with triangles costs.
+template <int kNodes> void FixedIntegrals::integrate_(const Waiting& points, int only)
+{
+    Many N[kNodes], z[2];
+    const Many w = points.weight * shape_<kNodes>(points, N, z);
+    const Many dx = z[0] - points.corner[0], dy = z[1] - points.corner[1];
+    Many n[3],
+        y[3] = {z[0], z[1], points.height[0] + dx * points.height[1] + dy * points.height[2]};
     for (int k = 0; k < 3; ++k)
-        n.row(k) = master.n[0][k] + u * master.n[1][k] + v * master.n[2][k];
-    if (master.smooth) {
-        const Many size = n.array().square().colwise().sum().sqrt();
-        for (int k = 0; k < 3; ++k)
-            n.row(k).array() /= size;
+        n[k] = points.n[0][k] + dx * points.n[1][k] + dy * points.n[2][k];
+    const Many per_size = 1 / (n[0].square() + n[1].square() + n[2].square()).sqrt();
+    for (Many& value : n)
+        value *= per_size;
+    if (only < 0) {
+        Many* NN = dual_.NN;
+        for (int i = 0; i < kNodes; ++i) {
+            const Many wN = w * N[i];
+            for (int j = i; j < kNodes; ++j)
+                *NN++ += wN * N[j];
+            for (int k = 0; k < 3; ++k) {
+                dual_.Nn[i][k] += wN * n[k];
+                dual_.Ny[i][k] += wN * y[k];
+            }
+            dual_.N[i] += wN;
+        }
+        return;
     }
-    place.row(0) = x;
-    place.row(1) = y;
-    place.row(2) = master.height + master.slope.x() * dx + master.slope.y() * dy;
-    Eigen::Matrix<double, 4, kBlock> wN;
-    for (int k = 0; k < 4; ++k)
-        wN.row(k) = w * N.row(k).array();
-    sums.NN.noalias() += wN.lazyProduct(N.transpose());
-    sums.Nn.noalias() += wN.lazyProduct(n.transpose());
-    sums.Ny.noalias() += wN.lazyProduct(place.transpose());
-    sums.N += wN.rowwise().sum();
-    sums.n.noalias() += n.lazyProduct(w.matrix().transpose());
-    sums.y.noalias() += place.lazyProduct(w.matrix().transpose());
-    sums.area += w.sum();
+    Constant& c = only_[std::size_t(only)];
+    for (int i = 0; i < kNodes; ++i)
+        c.N[i] += w * N[i];
+    for (int k = 0; k < 3; ++k) {
+        c.n[k] += w * n[k];
+        c.y[k] += w * y[k];
+    }
+    c.area += w;
 }
 
 void FixedIntegrals::add(const Facet& master, const ConvexPolygon& polygon, int only, double share)
 {
     if (!(share > 0)) return;
-    if (face_.nodes == 6)
-        add_points_<6>(master, polygon, only, share);
-    else
-        add_points_<4>(master, polygon, only, share);
-}
-
-template <int kNodes>
-void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polygon, int only,
-                                 double share)
-{
-    // ---- The master's facet over the plane z of the slave's facet: with xi the shares of its
-    // corners, height = height_0 + slope . (z - corner), n = n_0 + xi_1 n_1 + xi_2 n_2 (of unit
-    // length if smooth)
-    MasterPlane over;
-    std::array<Vec3, 3> corner;
-    for (std::size_t k = 0; k < 3; ++k)
-        corner[k] = (*plane_)(master.corner[k]);
-    over.corner = corner[0].head<2>();
-    Eigen::Matrix2d sides;
-    sides << (corner[1] - corner[0]).head<2>(), (corner[2] - corner[0]).head<2>();
-    over.inverse = sides.inverse();
-    over.height = corner[0].z();
-    over.slope = over.inverse.transpose() *
-                 Vec2(corner[1].z() - corner[0].z(), corner[2].z() - corner[0].z());
-    over.smooth = master_.normals.has(master.face);
-    over.n[0] = over.smooth ? master_.normals.corner(master.face, 0) : master.normal;
-    for (int k = 1; k < 3; ++k)
-        over.n[k] = over.smooth ? Vec3(master_.normals.corner(master.face, k) - over.n[0])
-                                : Vec3(Vec3::Zero());
+    set_master_(master);
+    const auto clear = [](auto& sums) {
+        Many* first = reinterpret_cast<Many*>(&sums);
+        std::fill(first, first + sizeof sums / sizeof(Many), Many::Zero());
+    };
+    if (only < 0 && !std::exchange(has_dual_, true)) clear(dual_);
+    if (only >= 0 && !std::exchange(has_only_, true)) clear(only_);
 
     // ---- Integration rule
     const double part = std::min(master.size / facet_->size, 1.0);
@@ -272,53 +353,12 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
     std::span<const QuadraturePoint> points = triangle_points(degree);
     if (face_.nodes == 4 && bend_ * part > kSmallBend) points = points_for_bend(bend_ * part);
     begin_polygon_(polygon[0], part);
-    const bool in_blocks = face_.nodes == 3 || contraction_ < 1;
 
-    // ---- Sums over the points of the polygon: int N N^T, int N n^T, int N y^T, int N, n, y, 1,
-    // with y the place on the master and w = weight times the stretch of the slave's face
-    Sums<kNodes> sums;
-    alignas(64) double x[kBlock], y[kBlock], w[kBlock];
-    int waiting = 0;
-    const auto flush = [&] {
-        if constexpr (kNodes == 4)
-            if (waiting > 0) {
-                for (int k = waiting; k < kBlock; ++k) { // once more, of no weight
-                    x[k] = x[0];
-                    y[k] = y[0];
-                    w[k] = 0;
-                }
-                add_block_(over, x, y, w, sums);
-            }
-        waiting = 0;
-    };
-    Point at;
-    const auto add_point = [&](const Vec2& z, double weight) {
-        if (kNodes == 4 && in_blocks) {
-            x[waiting] = z.x();
-            y[waiting] = z.y();
-            w[waiting] = weight;
-            if (++waiting == kBlock) flush();
-            return;
-        }
-        if (!locate_(z, at)) return;
-        const double own = weight * at.stretch;
-        const Vec2 d = at.z - over.corner, xi = over.inverse * d;
-        Vec3 n = over.n[0] + xi.x() * over.n[1] + xi.y() * over.n[2];
-        if (over.smooth) n /= n.norm();
-        const Vec3 place{at.z.x(), at.z.y(), over.height + over.slope.dot(d)};
-        const Eigen::Matrix<double, kNodes, 1> N = at.N.template head<kNodes>(), wN = own * N;
-        sums.NN.noalias() += wN * N.transpose();
-        sums.Nn.noalias() += wN * n.transpose();
-        sums.Ny.noalias() += wN * place.transpose();
-        sums.N += wN;
-        sums.n += own * n;
-        sums.y += own * place;
-        sums.area += own;
-    };
+    Waiting& to = waiting_[only + 1];
     const auto add_triangle = [&](const Vec2& a, const Vec2& b, const Vec2& c) {
         const double twice = share * twice_area(a, b, c);
         for (const QuadraturePoint& p : points)
-            add_point(a + p.xi[0] * (b - a) + p.xi[1] * (c - a), p.weight * twice);
+            add_point_(a + p.xi[0] * (b - a) + p.xi[1] * (c - a), p.weight * twice, to, only);
     };
     // Where the rule is exact but for the length of the normal, and that next to, any triangles do.
     if (contraction_ < 1 || (face_.nodes == 3 && part < kSmallSegment)) {
@@ -331,52 +371,46 @@ void FixedIntegrals::add_points_(const Facet& master, const ConvexPolygon& polyg
         for (int i = 0; i < polygon.count; ++i)
             add_triangle(a, polygon[i], polygon[(i + 1) % polygon.count]);
     }
-    flush();
-
-    // ---- To the sums of the facet: of dual functions, or of the one that is 1 there
-    if (only < 0) {
-        if (!std::exchange(has_dual_, true)) {
-            dual_.NN.setZero();
-            dual_.Nn.setZero();
-            dual_.Ny.setZero();
-            dual_.N.setZero();
-        }
-        dual_.NN.topLeftCorner<kNodes, kNodes>() += sums.NN;
-        dual_.Nn.topRows<kNodes>() += sums.Nn;
-        dual_.Ny.topRows<kNodes>() += sums.Ny;
-        dual_.N.head<kNodes>() += sums.N;
-        return;
-    }
-    if (!std::exchange(has_only_, true))
-        only_.fill({PerNode::Zero(), Vec3::Zero(), Vec3::Zero(), 0});
-    Constant& c = only_[std::size_t(only)];
-    c.N.head<kNodes>() += sums.N;
-    c.n += sums.n;
-    c.y += sums.y;
-    c.area += sums.area;
 }
 
 void FixedIntegrals::end_facet()
 {
+    for (int only = -1; only < 4; ++only)
+        flush_(only);
     const auto add = [&](int i, double area, const Vec3& n, const Vec3& y) {
-        const auto k = std::size_t(i);
+        const auto k = static_cast<std::size_t>(i);
         sums_->area[k] += area;
         sums_->normal[k] += n;
         sums_->far[k] += area * plane_->origin + plane_->axes.transpose() * y;
     };
+    const auto sum_of = [](const Many(&value)[3]) {
+        return Vec3(value[0].sum(), value[1].sum(), value[2].sum());
+    };
     if (has_dual_) {
+        Eigen::Matrix<double, 6, 6> NN = Eigen::Matrix<double, 6, 6>::Zero();
+        Eigen::Matrix<double, 6, 3> Nn = Eigen::Matrix<double, 6, 3>::Zero(), Ny = Nn;
+        PerNode N = PerNode::Zero();
+        const Many* product = dual_.NN;
+        for (int i = 0; i < face_.nodes; ++i) {
+            for (int j = i; j < face_.nodes; ++j)
+                NN(i, j) = NN(j, i) = (product++)->sum();
+            Nn.row(i) = sum_of(dual_.Nn[i]);
+            Ny.row(i) = sum_of(dual_.Ny[i]);
+            N[i] = dual_.N[i].sum();
+        }
         const auto& F = multipliers_->functions;
-        sums_->slave += F * dual_.NN;
-        const Eigen::Vector4d area = F * dual_.N;
-        const Eigen::Matrix<double, 4, 3> n = F * dual_.Nn, y = F * dual_.Ny;
+        sums_->slave += F * NN;
+        const Eigen::Vector4d area = F * N;
+        const Eigen::Matrix<double, 4, 3> n = F * Nn, y = F * Ny;
         for (int i = 0; i < multipliers_->count; ++i)
             add(i, area[i], n.row(i), y.row(i));
     }
     if (has_only_)
         for (int i = 0; i < multipliers_->count; ++i) {
             const Constant& c = only_[std::size_t(i)];
-            sums_->slave.row(i) += c.N.transpose();
-            add(i, c.area, c.n, c.y);
+            for (int j = 0; j < face_.nodes; ++j)
+                sums_->slave(i, j) += c.N[j].sum();
+            add(i, c.area.sum(), sum_of(c.n), sum_of(c.y));
         }
 }
 

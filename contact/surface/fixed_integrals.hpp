@@ -28,40 +28,40 @@ public:
     void end_facet();
 
 private:
-    struct Point { // of the slave, over a place in the plane
-        PerNode N = PerNode::Zero();
-        Vec2 z;             ///< its place in the plane
-        double stretch = 1; ///< area of the face per area of the plane
+    static constexpr int kBlock = 8;
+    using Many = Eigen::Array<double, kBlock, 1>;
+    /// Points of one facet that wait until there are enough to be integrated at once: their places
+    /// in the plane, or for six nodes those of straight sides; on the slave's reference face for
+    /// four nodes; weights; and the master over the plane, linear around a corner.
+    struct Waiting {
+        int count = 0;
+        int steps = 0; ///< of Newton's method from `xi` on, for four nodes
+        Many z[2], xi[2], weight, corner[2], n[3][3], height[3];
     };
-    /// int N N^T, int N n^T, int N y^T, int N, with the master's unit normal n and place y; where
-    /// a function is 1, without N.
+    /// int N N^T (i <= j, row by row), int N n^T, int N y^T, int N, with the master's unit normal n
+    /// and place y, each as sums of every eighth point.
     struct Moments {
-        Eigen::Matrix<double, 6, 6> NN;
-        Eigen::Matrix<double, 6, 3> Nn, Ny;
-        PerNode N;
+        Many NN[21], Nn[6][3], Ny[6][3], N[6];
     };
+    /// The same where a function is 1, without N.
     struct Constant {
-        PerNode N;
-        Vec3 n, y;
-        double area;
+        Many N[6], n[3], y[3], area;
     };
-    bool locate_(const Vec2& z, Point& at);
+    /// The master's facet over the plane z of the slave's facet: at d = z - corner the height is
+    /// height[0] + d . height[1..2], and the normal, but for its length, n[0] + d . n[1..2].
+    struct MasterPlane {
+        const Facet* facet = nullptr;
+        Vec2 corner;
+        Vec3 n[3];
+        Vec3 height;
+    };
+    void set_master_(const Facet& master);
     void find_on_quadrilateral_(const Vec2& z);
     void begin_polygon_(const Vec2& z, double part);
-    /// What is integrated at all points of a polygon.
-    struct MasterPlane {
-        Vec2 corner;             ///< the first of its facet
-        Eigen::Matrix2d inverse; ///< to shares of the other two
-        Vec3 n[3];               ///< normal there, and its differences to the other two
-        bool smooth = false;     ///< that is no unit vector in between
-        double height = 0;       ///< of the corner over the plane [m]
-        Vec2 slope;
-    };
-    template <int kNodes> struct Sums;
-    void add_block_(const MasterPlane& master, const double* x, const double* y, const double* w,
-                    Sums<4>& sums) const;
-    template <int kNodes>
-    void add_points_(const Facet& master, const ConvexPolygon& polygon, int only, double share);
+    void add_point_(const Vec2& z, double weight, Waiting& to, int only);
+    void flush_(int only);
+    template <int kNodes> void integrate_(const Waiting& points, int only);
+    template <int kNodes> Many shape_(const Waiting& points, Many N[kNodes], Many z[2]) const;
 
     const FixedShape& master_;
     const ExternalSurface& surface_;
@@ -73,6 +73,7 @@ private:
     const Facet* facet_ = nullptr;
     std::optional<FacetPlane> plane_;
     FaceInPlane face_{{}, {}};
+    MasterPlane over_;
     Vec3 middle_, along_[2], twist_; ///< of a quadrilateral, in the plane
     double bend_ = 0;                ///< of a quadrilateral: see the .cpp
     double warp_ = 0;                ///< of its corners out of the plane [m]
@@ -83,6 +84,7 @@ private:
     int steps_ = 0;                ///< with that slope
     Eigen::Matrix2d slope_, back_; ///< of a triangle: to its reference coordinates, and back
     Vec2 offset_, origin_;
+    Waiting waiting_[5]; ///< for the dual functions, and for those that are 1
     Moments dual_;
     std::array<Constant, 4> only_;
     bool has_dual_ = false, has_only_ = false;

@@ -221,9 +221,10 @@ private:
                     master_faces_->facets[static_cast<std::size_t>(i)].normal)) >= kFacing)
                 near_.push_back(i);
         });
-        std::sort(near_.begin(), near_.end()); // the tree's order is of no meaning
+        // The tree's order is of no meaning; that of the surface finds neighbours close in memory.
+        std::sort(near_.begin(), near_.end());
         // Behind a face comes first what the body has there itself: no overlap is deeper.
-        behind_.assign(near_.size(), std::nullopt);
+        if (!at_rest_.empty()) behind_.assign(near_.size(), std::nullopt);
         double own_thickness = range;
         for (std::size_t k = 0; k < near_.size() && !at_rest_.empty(); ++k) {
             const Facet& other = master_faces_->facets[static_cast<std::size_t>(near_[k])];
@@ -243,13 +244,11 @@ private:
             }
             double far[2];
             const ConvexPolygon seen = outline(other, plane, !hides, far);
-            if (far[0] > range || far[1] < -range || polygons_apart(own, seen)) continue;
+            if (far[0] > range || far[1] < -range) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
             for_convex_parts(seen, [&](const ConvexPolygon& part) {
-                if (is_within(part, own))
-                    shared_ = part;
-                else
-                    intersect(own, part, shared_);
+                shared_ = part;
+                if (!cut_to(own, shared_)) return;
                 const double size = area(shared_);
                 if (!(size > least)) return;
                 const Vec2 off = middle(shared_) - middle_place.head<2>();

@@ -79,6 +79,7 @@ struct BodyLink::State {
     HandPose start;
     StepInput last_step;
     BodyStepReport report;
+    std::string refusal; ///< of the last try that was not accepted
     bool started = false;
 
     State(const Scene& s, const LinkOptions& o) : scene(with_driven_handle(s)), options(o) {}
@@ -202,7 +203,7 @@ bool BodyLink::step(const HandPose& device)
         BodyStepReport report = try_body_step(*s.system, input, settings);
         if (!report.accepted) {
             ++count_.refused;
-            s.report.refusal = report.refusal;
+            s.refusal = report.refusal;
             continue;
         }
         s.report = std::move(report);
@@ -295,7 +296,7 @@ Wrench BodyLink::force() const
 
 std::string BodyLink::refusal() const
 {
-    return state_->report.refusal;
+    return state_->refusal;
 }
 
 } // namespace amontons

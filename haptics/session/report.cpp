@@ -136,6 +136,7 @@ std::string haptic_table(const HapticOutcome& o, const HapticSettings& set, cons
                                  s.operators, 1e3 * s.oldest_operator, s.outside_validity));
     row("simulation", fmt::format("{} tries refused, {} steps cut short, {} within a snap",
                                   link.refused(), link.not_touched(), link.snapping()));
+    if (link.refused() > 0 && !link.refusal().empty()) row("last refused", link.refusal());
     row("scheduling", o.scheduling);
     if (s.faults > 0)
         row("faults", fmt::format("{}; the last: {}: {}", s.faults, name(s.last_fault),

@@ -130,6 +130,7 @@ void write_results(Table& table, const StudyArguments& a, const std::string& fol
         session.print(json_of(table));
     else
         session.print(text_of(table) + fmt::format("  {0}/study.csv", folder) +
+                      (a.table == "tex" ? fmt::format(", {0}/study.tex", folder) : "") +
                       (script.empty() ? "\n" : fmt::format(", {0}/study.svg\n", folder)));
     if (std::none_of(table.rows.begin(), table.rows.end(),
                      [](const Row& r) { return r.status == "done"; }))

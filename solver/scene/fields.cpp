@@ -36,7 +36,7 @@ ObjectDeclaration declare_piece()
 ObjectDeclaration declare_centreline(const ObjectDeclaration& piece)
 {
     using C = CentrelineInput;
-    return {
+    ObjectDeclaration d{
         "Centreline",
         {long_text<&C::file>("file", "CSV with columns x, y, z and possibly radius, or a 3D Slicer "
                                      "curve (.mrk.json); beside the scene."),
@@ -51,6 +51,8 @@ ObjectDeclaration declare_centreline(const ObjectDeclaration& piece)
         "",
         {},
         defaults_of<C>()};
+    d.shorthand = "file";
+    return d;
 }
 
 ObjectDeclaration declare_branch()
@@ -661,7 +663,9 @@ std::string allowed_in_words(const FieldDeclaration& field)
         return "a number, or [[time, value], ...], time [s] strictly increasing, value" +
                (range.empty() ? "" : " " + range) + unit;
     case FieldType::object:
-        return "an object {...}";
+        return field.object && !field.object->shorthand.empty()
+                   ? "an object {...}, or a text: its " + field.object->shorthand
+                   : "an object {...}";
     case FieldType::list:
         return "a list [...] of objects";
     case FieldType::numbers:

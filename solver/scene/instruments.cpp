@@ -173,13 +173,15 @@ void make_segments(Scene& scene, Findings& findings)
                 findings.add({place + "/segments", place + "/instrument"}, "nothing",
                              "a list [...] of objects, or an \"instrument\"");
             if (b.length > 0)
-                findings.add({place + "/length"}, fmt::format("{}", b.length),
-                             "nothing: only an \"instrument\" has it");
+                findings.add({place + "/length", place + "/instrument"},
+                             fmt::format("{}", b.length), "nothing: only an \"instrument\" has it");
             if (b.element > 0)
-                findings.add({place + "/element"}, fmt::format("{}", b.element),
+                findings.add({place + "/element", place + "/instrument"},
+                             fmt::format("{}", b.element),
                              "nothing: only an \"instrument\" has it");
             if (!b.tip.shape.empty() || b.tip.radius > 0 || b.tip.angle > 0 || b.tip.length > 0)
-                findings.add({place + "/tip"}, "a tip", "nothing: only an \"instrument\" has it");
+                findings.add({place + "/tip", place + "/instrument"}, "a tip",
+                             "nothing: only an \"instrument\" has it");
             continue;
         }
         const auto& library = instruments();
@@ -193,11 +195,12 @@ void make_segments(Scene& scene, Findings& findings)
         }
         const bool shaped = b.tip.radius > 0 || b.tip.angle > 0 || b.tip.length > 0;
         if (shaped && b.tip.shape.empty() && it->tip.size() != 1)
-            findings.add({place + "/tip"}, "no \"shape\"",
+            findings.add({place + "/tip", place + "/instrument"}, "no \"shape\"",
                          it->tip.empty() ? "a \"shape\": the instrument's own tip is straight"
                                          : "a \"shape\": the instrument's own tip has many bends");
         if (shaped && b.tip.shape == "straight")
-            findings.add({place + "/tip"}, "a radius, an angle or a length of a straight tip",
+            findings.add({place + "/tip", place + "/instrument"},
+                         "a radius, an angle or a length of a straight tip",
                          "nothing but \"shape\": \"straight\"");
         const std::vector<TipPiece> tip = tip_of(b.tip, *it);
         const double length = b.length > 0 ? b.length : it->length;

@@ -364,16 +364,31 @@ const VariantDeclaration* Reader::variant_of(const Json& json, const ObjectDecla
     return nullptr;
 }
 
+/// An object with the names of its first fields, and what may stand for it.
+std::string object_in_words(const ObjectDeclaration& declaration)
+{
+    constexpr std::size_t kMostNames = 8;
+    std::vector<std::string> names;
+    if (!declaration.discriminator.empty()) names.push_back(declaration.discriminator);
+    for (const FieldDeclaration& f : declaration.fields)
+        names.push_back(f.name);
+    for (const VariantDeclaration& v : declaration.variants)
+        for (const FieldDeclaration& f : v.fields)
+            if (std::ranges::find(names, f.name) == names.end()) names.push_back(f.name);
+    std::string text = "an object {";
+    for (std::size_t i = 0; i < std::min(names.size(), kMostNames); ++i)
+        text += (i > 0 ? ", " : "") + quoted_text(names[i]) + ": ...";
+    text += names.size() > kMostNames ? ", ...}" : "}";
+    return declaration.shorthand.empty() ? text
+                                         : text + ", or a text: its " + declaration.shorthand;
+}
+
 void Reader::object(const Json& json, const ObjectDeclaration& declaration, void* target,
                     const std::string& place)
 {
     if (json.is_string() && !declaration.shorthand.empty())
         return object(Json{{declaration.shorthand, json}}, declaration, target, place);
-    if (!json.is_object())
-        return wrong(place, shown(json),
-                     declaration.shorthand.empty()
-                         ? "an object {...}"
-                         : "an object {...}, or a text: its " + declaration.shorthand);
+    if (!json.is_object()) return wrong(place, shown(json), object_in_words(declaration));
     const VariantDeclaration* variant = nullptr;
     if (!declaration.discriminator.empty()) {
         variant = variant_of(json, declaration, place);

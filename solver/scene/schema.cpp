@@ -198,11 +198,16 @@ void members(JsonText& out, const ObjectDeclaration& object, const VariantDeclar
 
 void object_schema(JsonText& out, const ObjectDeclaration& object)
 {
-    if (object.variants.empty()) {
+    if (object.variants.empty() && object.shorthand.empty()) {
         members(out, object, nullptr);
         return;
     }
     out.key("oneOf").open('[');
+    if (object.variants.empty()) {
+        out.open('{');
+        members(out, object, nullptr);
+        out.close('}');
+    }
     if (!object.shorthand.empty())
         out.open('{')
             .member("description", "Its " + object.shorthand + ".")

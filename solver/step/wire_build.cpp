@@ -156,6 +156,13 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
             if (o.name == name) return side_hint(scene, o);
         return std::string();
     };
+    std::string by_branch;
+    if (const IntroducerInput& i = beam.introducer; !i.branch.empty()) {
+        const bool start = i.end == "start";
+        by_branch = std::string("; this is the ") + (start ? "start" : "end") +
+                    " of the centreline of " + i.branch + ", \"end\": \"" +
+                    (start ? "end" : "start") + "\" the other one";
+    }
     for (std::size_t k = 0; k < walls.size(); ++k) {
         const Wall& wall = *body.walls[k].wall;
         const double radius = beam.segments.back().radius;
@@ -167,7 +174,7 @@ void check_start(const Scene& scene, const BeamInput& beam, const WireBody& body
                               "an end with the wire's surface " + number(-gap) +
                                   " m inside the wall of " + walls[k],
                               "a point of the free space, the wire's radius off every wall" +
-                                  hint_of(walls[k])});
+                                  by_branch + hint_of(walls[k])});
             continue;
         }
         double most = 0;

@@ -73,6 +73,18 @@ TEST_CASE("a scene reads as it is written")
     CHECK(beside(s, "/abs/a.csv") == "/abs/a.csv");
 }
 
+TEST_CASE(
+    "a text in place of a centreline is its file, and what is no object is refused with its fields")
+{
+    const std::string line = "{\"file\": \"double_u.csv\"}";
+    const Scene s = parse_scene(with(line, "\"double_u.csv\""), "scene.json", {});
+    CHECK(s.obstacles[0].surface.centreline.file == "double_u.csv");
+    CHECK(has(
+        issues_of(with(line, "[1, 2]")),
+        "/bodies/tube/surface/centreline: found a list of 2, allowed: an object {\"file\": ..., "
+        "\"scale\": ..., \"pieces\": ..., "));
+}
+
 TEST_CASE("stiffnesses that are not given follow from EI and the radius")
 {
     const BeamSegment tip = read().beams[0].segments[2];
