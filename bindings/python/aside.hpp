@@ -18,7 +18,7 @@ namespace amontons::python {
 
 /// Work on a thread of its own, while the caller's waits for signals, which Python hands to its
 /// first thread alone. Ctrl-C asks the work to stop, and is raised at once: work that cannot stop
-/// at once (a factor, a mesh) goes on by itself until it can.
+/// at once (a factor, a mesh) continues by itself until it can.
 class Aside : public std::enable_shared_from_this<Aside> {
 public:
     /// Set where the work is to end.
@@ -53,7 +53,7 @@ private:
     std::thread thread_;
 };
 
-/// Of work that nobody asks for again once Ctrl-C has left it: what it gives. Without the GIL.
+/// What work gives that Ctrl-C may leave for good. Without the GIL.
 /// @throws  as Aside::wait
 template <class Work> auto done_aside(Work work, Aside::Stop stop)
 {
@@ -89,7 +89,7 @@ private:
 using SharedObject = std::shared_ptr<py::object>;
 SharedObject shared_object(py::object object);
 
-/// What threads that go on by themselves need when Python ends.
+/// What threads that continue by themselves need when Python ends.
 void add_aside(py::module_& module);
 
 } // namespace amontons::python

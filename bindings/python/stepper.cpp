@@ -6,7 +6,7 @@
 namespace amontons::python {
 namespace {
 
-constexpr double kLook = 0.05;  // s between searches for signals
+constexpr double kLookAfter = 0.05;  // s between searches for signals
 constexpr double kShort = 0.02; // s; what is done sooner is not worth a thread
 
 double seconds_now()
@@ -97,7 +97,7 @@ void wait_for(const std::shared_ptr<Aside>& call, std::span<const std::shared_pt
 void Stepper::check_signals()
 {
     const double now = seconds_now();
-    if (now - looked_ < kLook) return;
+    if (now - looked_ < kLookAfter) return;
     looked_ = now;
     const py::gil_scoped_acquire hold;
     if (PyErr_CheckSignals() != 0) throw py::error_already_set();

@@ -48,7 +48,7 @@ public:
     /// @throws  as steps(), and InputError; nothing is changed
     void change(const std::vector<std::string>& overrides);
 
-    /// As SteppedScene, but an interrupted call that goes on is not waited for.
+    /// As SteppedScene, but an interrupted call that continues is not waited for.
     /// @throws RuntimeError of Python  where a thread, or a callback, is in it
     void close();
     bool closed() const { return closing_ || SteppedScene::closed(); }
@@ -57,7 +57,7 @@ public:
     const Aside::Stop& stop() const { return stop_; }
     /// Work in this object that has been left to itself: the next call waits for it.
     void leave(std::shared_ptr<Aside> call);
-    /// The same, or null where nothing goes on.
+    /// The same, or null where no call continues.
     std::shared_ptr<Aside> left() const;
 
 private:

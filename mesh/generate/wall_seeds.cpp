@@ -47,7 +47,7 @@ struct SeedCube {
     {
         return closest_on_triangle(x, triangle[k][0], triangle[k][1], triangle[k][2]);
     }
-    /// @param worth  of the squared distance: what is not nearer than that is not looked at
+    /// @param worth  of the squared distance: what is not nearer than that is left out
     /// @return  true if `best` is of this cube now
     bool search(const Vec3& x, double worth, NearestTriangle& best) const
     {

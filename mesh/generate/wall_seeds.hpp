@@ -24,8 +24,9 @@ public:
 
     /// What was found before: makes the next search fast.
     struct Near {
+        /// Its cube.
         BrickKey cube{0, 0, 0};
-        std::int32_t triangle = -1;
+        std::int32_t triangle = -1; ///< its number there; -1: none
     };
     /// The triangle nearest to x, or one farther by `slack` of the distance.
     /// @param reach  about the distance of the wall [m]
