@@ -20,6 +20,7 @@ constexpr double kMostTaper = 1.0 / 16;           // slope that continues there;
 constexpr double kFieldSpacing = 0.2;             // spacing of the field over the smallest radius
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
+constexpr double kSeedEdge = 0.5; // of triangles that searches begin with: they need not be fine
 constexpr double kShallowest = 0.35;              // angle between a branch and its parent [rad]
 constexpr double kSteepestTaper = 0.45; // of radius over length: nets allow for that (kMargin)
 
@@ -360,10 +361,12 @@ WallModel make_vessel(const VesselOptions& o)
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
     const auto [mesh, count] = triangles_of(stubs, edge);
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    // The triangles that are shown, or where others are requested, some for searches alone.
+    // Nearest points are searched for from the triangles that are shown or, where others are
+    // requested, from some of its own.
+    const double seeds = std::min(kSeedEdge * smallest, kEdgeOfBlend * o.blend);
     VesselShape whole = vessel_shape(o, roots, extension);
     auto source = o.resolution > 0
-                      ? std::make_unique<VesselDistance>(std::move(whole), stubs->low, fine)
+                      ? std::make_unique<VesselDistance>(std::move(whole), stubs->low, seeds)
                       : std::make_unique<VesselDistance>(std::move(whole), mesh);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
     Mat3 axes; // those of the scene where the vessel stands upright and bends towards x

@@ -19,7 +19,7 @@ constexpr int kEdges = 16;       // of triangles, along a cube
 constexpr double kBeyond = 2;    // edges that the triangles of a cube continue beyond it
 constexpr double kNoWall = 1.25; // steepest change of the functions with the distance
 constexpr int kMostDoublings = 4;
-constexpr std::size_t kGroup = 16;
+constexpr std::size_t kGroup = 8;
 
 /// Triangles in groups of neighbours, as surface_nets() makes them; none where no wall passes.
 struct SeedCube {
@@ -119,6 +119,7 @@ NearestTriangle WallSeeds::nearest(const Vec3& x, double reach, double slack, Ne
         double squared; // distance of its cube
         BrickKey key;
     };
+    if (!x.allFinite() || !std::isfinite(reach)) return {};
     std::vector<Candidate> all;
     const double size = cubes_->size(), worth = 1 / ((1 + slack) * (1 + slack));
     NearestTriangle best;

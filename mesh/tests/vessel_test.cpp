@@ -5,9 +5,11 @@
 #include "mesh/tests/wall_checks.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <doctest/doctest.h>
 #include <memory>
+#include <numeric>
 #include <random>
 #include <thread>
 #include <vector>
@@ -336,4 +338,56 @@ TEST_CASE("places of named branches: around lines but not where two run as one, 
     // A line alone has its trunk.
     model.branches.resize(1);
     CHECK(branch_at(model, {0, 0, 0.05}) == "left");
+}
+
+TEST_CASE("the wall is the same whatever triangles searches for its points begin with")
+{
+    VesselOptions o = default_vessel();
+    o.branches[1].root_diameter = o.branches[1].end_diameter = 0.0045; // a narrow one
+    const WallModel all = make_vessel(o); // from the triangles of the whole wall
+    o.resolution = 0.003;
+    const WallModel parts = make_vessel(o); // from some of its own, made where they are needed
+    std::mt19937 random{5};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    double worst = 0;
+    int beside = 0;
+    for (const Branch& b : all.branches)
+        for (int k = 0; k < 4000; ++k) {
+            // Around the mouth of a branch, where another vessel joins it.
+            const Vec3 x = b.centreline[0] + 2.5 * b.radius[0] *
+                                                 Vec3{uniform(random), uniform(random),
+                                                      uniform(random)};
+            WallHint one, other;
+            const double d = all.wall.distance(x, one);
+            // Deep in the wall the nearest point may jump from one vessel to another.
+            if (d > 0.0015 || d < -0.0003) continue;
+            ++beside;
+            worst = std::max(worst, std::abs(d - parts.wall.distance(x, other)));
+        }
+    REQUIRE(beside > 500);
+    CHECK(worst < 1e-7); // of radii of 2 to 6 mm: Newton's method ends at the same point
+}
+
+TEST_CASE("who comes first to a wall's junctions changes no bit")
+{
+    VesselOptions o = default_vessel();
+    o.resolution = 0.003;
+    const WallModel forwards = make_vessel(o), backwards = make_vessel(o);
+    std::vector<Vec3> places;
+    for (const Branch& b : forwards.branches)
+        for (std::size_t k = 0; k < b.centreline.size(); ++k)
+            places.push_back(b.centreline[k] + 0.8 * b.radius[k] * Vec3::UnitY());
+    const auto distances = [&](const WallModel& model, auto order) {
+        std::vector<double> all(places.size());
+        for (const std::size_t k : order) {
+            WallHint hint;
+            all[k] = model.wall.distance(places[k], hint);
+        }
+        return all;
+    };
+    std::vector<std::size_t> order(places.size());
+    std::iota(order.begin(), order.end(), std::size_t(0));
+    const std::vector<double> first = distances(forwards, order);
+    std::ranges::reverse(order);
+    CHECK(first == distances(backwards, order));
 }

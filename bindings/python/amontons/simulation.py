@@ -211,8 +211,8 @@ class Simulation(_native.Stepper):
         checkpoint. record: keeps every step's contact problem as an FCLib file, in OUTPUT/record (read_fclib).
 
         Returns a RunSummary. Raises SolveFailed, with `summary` and `record`, when a step fails;
-        the files then hold all that was reached. Ctrl-C raises KeyboardInterrupt between two steps; the run can be
-        resumed.
+        the files then hold all that was reached. Ctrl-C raises KeyboardInterrupt at once; the run can be resumed,
+        also where the last step is still at work and writes the end of the files when it can.
         """
         if on_step is not None and not callable(on_step):
             refuse("on_step", f"a {type(on_step).__name__}", "a function")
