@@ -44,7 +44,7 @@ void BodyStepper::linearise()
     mode_load_.clear();
     set_contact_forces(!rods_only_);
     pass_fixed_contact_forces();
-    // Of linear solids in motion the try before has left what the first iterate asks for.
+    // Of linear solids in motion the try before has left what the first iterate needs.
     const bool known = repeats_ && free_at_start_ && linearised_ == 0 && step_.dynamic;
     ++linearised_;
     for (std::size_t b = 0; b < bodies(); ++b) {

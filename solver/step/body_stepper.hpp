@@ -30,10 +30,11 @@ public:
     /// Displacements at touching nodes, of each body: of an iterate from which a step begins.
     using Places = std::vector<std::vector<Vec3>>;
 
-    /// Makes the step. @returns  true if it is accepted
-    bool run();
+    /// Forces of contacts and couplings, in space [N or N s].
     using Forces = std::map<BodySystem::Key, Vec3>;
 
+    /// Makes the step. @returns  true if it is accepted
+    bool run();
     /// The step begins from these places and forces in place of the state's.
     /// @param part  it ends with an iterate, of which nothing is accepted
     void begin_from(Places places, Forces forces, bool part)
@@ -44,9 +45,9 @@ public:
     }
     /// The step is refused where its contacts may depend on the path to its end.
     void refuse_path() { refuse_path_ = true; }
-    /// Places and forces of the last iterate, for begin_from().
+    /// Of the last iterate, for begin_from().
     Places places() const;
-    const Forces& forces() const { return force_; }
+    const Forces& forces() const { return force_; } ///< of the last iterate, for begin_from()
     /// True if rods alone are solved, without W.
     bool of_rods_only() const { return rods_only_; }
     /// True if the step has to be tried again, with rows that this try has added.
@@ -210,7 +211,7 @@ private:
     bool again_ = false;                ///< rows were added to a step that finds contacts once
     int linearised_ = 0;                ///< how often bodies were
     bool repeats_ = false;              ///< another try of the same step
-    bool free_at_start_ = false;        ///< that try asked for no free motions but the first
+    bool free_at_start_ = false;        ///< that try needed no free motions but the first
     std::map<BodySystem::Key, Vec3> found_before_; ///< forces of that try; 0: no contact of it acts
     void begin_from_repeated();
     bool found_ = false;
