@@ -79,10 +79,9 @@ TEST_CASE(
     const std::string line = "{\"file\": \"double_u.csv\"}";
     const Scene s = parse_scene(with(line, "\"double_u.csv\""), "scene.json", {});
     CHECK(s.obstacles[0].surface.centreline.file == "double_u.csv");
-    CHECK(has(
-        issues_of(with(line, "[1, 2]")),
-        "/bodies/tube/surface/centreline: found a list of 2, allowed: an object {\"file\": ..., "
-        "\"scale\": ..., \"pieces\": ..., "));
+    CHECK(has(issues_of(with(line, "[1, 2]")),
+              "/bodies/tube/surface/centreline: found [1,2], allowed: an object {\"file\": ..., "
+              "\"scale\": ..., \"pieces\": ..., "));
 }
 
 TEST_CASE("stiffnesses that are not given follow from EI and the radius")
