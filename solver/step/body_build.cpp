@@ -147,6 +147,26 @@ void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::s
     }
 }
 
+/// Bodies that gravity would move if they had mass.
+std::vector<Issue> weightless(const Scene& scene)
+{
+    std::vector<Issue> found;
+    const auto note = [&](const std::string& name, const char* place, const char* allowed) {
+        found.push_back({scene.file, "/bodies/" + name + place,
+                         "none: gravity does not act on " + name, allowed});
+    };
+    if (scene.gravity.isZero()) return found;
+    for (const SolidInput& b : scene.solids)
+        if (!(b.density > 0)) note(b.name, "/density", "> 0, to have weight [kg/m^3]");
+    for (const RigidInput& b : scene.rigids)
+        if (!b.drive.given && !b.mass && !(b.density > 0))
+            note(b.name, "/density", "> 0 [kg/m^3], or a mass > 0 [kg], to have weight");
+    for (const RodInput& b : scene.rods)
+        if (std::ranges::none_of(b.segments, [](const BeamSegment& g) { return g.density > 0; }))
+            note(b.name, "/segments", "a density > 0, to have weight [kg/m^3]");
+    return found;
+}
+
 /// The kind of elements that a scene specifies.
 VolumeMesh build_mesh(const MeshInput& m, const Scene& scene, std::vector<Issue>& warnings)
 {
@@ -603,6 +623,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
     system->coupling_memory = begin_memory(system->refs, system->couplings);
     if (scene.time.kind != "dynamic" && system->has_rods() && !system->couplings.empty())
         check_joined_rods(scene, *system);
+    for (Issue& none : weightless(scene))
+        warnings.push_back(std::move(none));
     if (scene.time.kind == "dynamic" && time_rule(scene.time).end < 1)
         for (Issue& jolt : jolts(scene, system->refs, system->couplings))
             warnings.push_back(std::move(jolt));

@@ -633,3 +633,21 @@ TEST_CASE("solids in motion write the velocity of their nodes")
         CHECK(velocity->values[i + 2] == doctest::Approx(-1).epsilon(1e-9));
     }
 }
+
+TEST_CASE("bodies without mass are named where gravity would act on them")
+{
+    for (const double density : {0.0, 1000.0})
+        for (const bool gravity : {false, true}) {
+            const Result r = run(fmt::format(R"("bodies": {{"b": {{"kind": "solid",
+                "youngs_modulus": 1e6, "poisson_ratio": 0, "density": {},
+                "mesh": {{"generate": "box", "size": [1, 1, 1], "cells": [1, 1, 1],
+                "element": "H8"}}, "hold": [{{"set": "z_min"}}]}}}}, "gravity": [0, 0, {}],
+                "time": {{"step": 1, "end": 1}})",
+                                            density, gravity ? -9.81 : 0));
+            CAPTURE(density);
+            CAPTURE(gravity);
+            REQUIRE(r.simulation->warnings().size() == (gravity && density == 0 ? 1 : 0));
+            if (gravity && density == 0)
+                CHECK(r.simulation->warnings()[0].place == "/bodies/b/density");
+        }
+}
