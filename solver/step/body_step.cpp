@@ -23,7 +23,7 @@ constexpr int kPatienceFactor = 2; // times the iterations, for steps that are n
 // is tried again; how often this may alternate in a step.
 constexpr int kTrueTangentPatience = 3, kStabilisedPatience = 5, kMostTurns = 9;
 // Steps from rest have nothing in common with other steps, frames and units but their end: they
-// go on to this share of the tolerance, within so many iterations.
+// iterate to this share of the tolerance, in so many iterations more.
 constexpr double kEndFromRest = 0.01;
 constexpr int kMostBeyond = 4;
 
