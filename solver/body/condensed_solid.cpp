@@ -524,12 +524,7 @@ void CondensedSolid::complete()
 
 std::vector<double> CondensedSolid::state() const
 {
-    const std::vector<double> columns = kept_columns();
     std::vector<double> s;
-    s.reserve(7 + 3 * touching_.size() +
-              std::size_t(amount_.size() + on_touching_.size() + mode_.size() + loaded_.size() +
-                          held_force_.size()) +
-              1 + columns.size());
     const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
     add(state_.frame.turn.coeffs());
     add(state_.frame.shift);
@@ -541,6 +536,7 @@ std::vector<double> CondensedSolid::state() const
     add(loaded_);
     add(held_force_);
     s.push_back(same_columns_);
+    const std::vector<double> columns = kept_columns();
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
 }
