@@ -197,7 +197,7 @@ def main():
         else:
             print(f"{name:20s} {call:16s}     0", flush=True)
 
-    with tempfile.TemporaryDirectory() as folder:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as folder:
         for name in names:
             if name == "contact problem":
                 for call, times in contact_calls(count, rng):
