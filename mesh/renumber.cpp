@@ -1,6 +1,7 @@
 #include "mesh/renumber.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/metis_lock.hpp"
 #include "mesh/neighbours.hpp"
 
 #include <algorithm>
@@ -52,6 +53,7 @@ Renumbering nested_dissection(const VolumeMesh& mesh)
         std::array<idx_t, METIS_NOPTIONS> options{};
         METIS_SetDefaultOptions(options.data());
         options[METIS_OPTION_SEED] = kSeed;
+        const std::lock_guard lock(metis_mutex());
         if (neighbours.empty()) { // METIS requires an edge
             std::iota(old_of_new.begin(), old_of_new.end(), idx_t{0});
         } else if (METIS_NodeND(&count, starts.data(), neighbours.data(), nullptr, options.data(),

@@ -1,5 +1,6 @@
 #include "solver/large/linear_plan.hpp"
 
+#include "mesh/base/metis_lock.hpp"
 #include "mesh/volume_mesh.hpp"
 #include "solver/large/large_matrix.hpp"
 #include "solver/linear/supernodal.hpp"
@@ -103,6 +104,7 @@ std::vector<std::int32_t> one_dissection(const SolidPattern& pattern)
     idx_t options[METIS_NOPTIONS];
     METIS_SetDefaultOptions(options);
     options[METIS_OPTION_SEED] = 1;
+    const std::lock_guard lock(metis_mutex());
     if (METIS_NodeND(&nodes, start.data(), graph.data(), nullptr, options, order.data(),
                      place.data()) != METIS_OK)
         throw std::bad_alloc();

@@ -1,6 +1,7 @@
 #include "solver/linear/ordering.hpp"
 
 #include "mesh/base/error.hpp"
+#include "mesh/base/metis_lock.hpp"
 #include "solver/linear/cholmod_api.hpp"
 
 #include <algorithm>
@@ -29,6 +30,7 @@ std::vector<std::int32_t> dissected(const Lists& graph, idx_t seed)
     METIS_SetDefaultOptions(options.data());
     options[METIS_OPTION_SEED] = seed;
     options[METIS_OPTION_COMPRESS] = 0; // dofs of a node are one vertex already
+    const std::lock_guard lock(metis_mutex());
     if (METIS_NodeND(&count, starts.data(), neighbours.data(), nullptr, options.data(),
                      order.data(), place.data()) != METIS_OK)
         throw std::runtime_error("METIS found no order of " + std::to_string(graph.size()) +

@@ -86,7 +86,7 @@ def run_study(command):
 
     @return  exit code, stdout, stderr
     """
-    with tempfile.TemporaryDirectory(prefix="amontons_") as folder, socket.socket(socket.AF_UNIX) as server, \
+    with tempfile.TemporaryDirectory(prefix="amontons_", ignore_cleanup_errors=True) as folder, socket.socket(socket.AF_UNIX) as server, \
             open(os.path.join(folder, "out"), "w+", encoding="utf-8") as out, \
             open(os.path.join(folder, "err"), "w+", encoding="utf-8") as err:
         path, client = os.path.join(folder, "points"), os.path.join(folder, "run")

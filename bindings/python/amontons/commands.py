@@ -105,7 +105,7 @@ def study(scene: Scene | str | os.PathLike | Mapping, *, sweep: Mapping[str, Seq
     Returns a Study. Raises InputError, or SolveFailed if no run got there.
     """
     if output is None:
-        with tempfile.TemporaryDirectory(prefix="amontons-study-") as kept:
+        with tempfile.TemporaryDirectory(prefix="amontons-study-", ignore_cleanup_errors=True) as kept:
             return study(scene, sweep=sweep, quantity=quantity, reference=reference, output=os.path.join(kept, "study"), jobs=jobs, max_time=max_time)
     output = os.fspath(output)
     if not isinstance(sweep, Mapping) or not sweep:
