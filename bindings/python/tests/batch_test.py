@@ -13,9 +13,6 @@ def arrays(record):
 
 
 class BatchTest(Case):
-<<<<<<< HEAD
-    def test_each_has_the_same_bits_as_alone_for_any_number_of_threads(self):
-=======
     def test_solids_whose_unknowns_are_put_in_order_at_the_same_time_have_the_bits_of_one_alone(self):
         scene = block(6)
         scene["bodies"]["block"]["mesh"]["element"] = "T10"
@@ -27,8 +24,7 @@ class BatchTest(Case):
             batch.advance(0.1)
             self.assertEqual([s.record.contacts.force.tobytes() for s in batch.simulations], [alone] * 4)
 
-    def test_each_gives_the_bits_that_it_gives_alone_for_any_number_of_threads(self):
->>>>>>> h1m
+    def test_each_has_the_same_bits_as_alone_for_any_number_of_threads(self):
         frictions = [0.0, 0.1, 0.2, 0.3, 0.4]
         for scene in (tube_and_wire(), block()):
             end = scene["time"]["end"]
