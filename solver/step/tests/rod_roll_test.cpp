@@ -45,8 +45,10 @@ TEST_CASE("a rod thrown along a plane slides until it rolls, at two thirds of it
             const Result r = done(on_plane({0, 0, -kGravity}, v, friction, step, end, rule));
             CHECK(r.value("momentum_x") == relative(kRodMass * v * 2 / 3).epsilon(2e-3));
             CHECK(r.value("rod_end_z") == relative(kRodRadius).epsilon(1e-3));
-            // What friction took: a third of the kinetic energy.
-            CHECK(r.summary.energy.friction == relative(kRodMass * v * v / 6).epsilon(0.02));
+            // What friction took: a third of the kinetic energy, to first order in the step.
+            const double slides = v / (3 * friction * kGravity);
+            CHECK(r.summary.energy.friction ==
+                  relative(kRodMass * v * v / 6).epsilon(1.1 * step / slides));
             CHECK(std::abs(r.summary.energy.error()) < 0.02 * kRodMass * v * v);
         }
 }
