@@ -58,9 +58,11 @@ class Batch:
         self._native = _native.Batch(self.simulations, self._threads)
         self._read_inputs()
 
-    def _read_inputs(self):
+    def _read_inputs(self, kept=None, waiting=None):
         self._native.get_inputs(self._sent)
         self.inputs[...] = self._sent
+        if kept is not None:
+            self.inputs[kept] = waiting
 
     def __len__(self) -> int:
         return len(self.simulations)
@@ -84,11 +86,13 @@ class Batch:
         kept = None if where is None else ~np.asarray(where, dtype=bool)
         waiting = self.inputs[kept] if kept is not None else None
         try:
-            return self._native.advance(seconds, where)
-        finally:
-            self._read_inputs()
-            if kept is not None:
-                self.inputs[kept] = waiting
+            codes = self._native.advance(seconds, where)
+        except Exception:
+            self._read_inputs(kept, waiting)
+            raise
+        # After Ctrl-C members may still be at work: their inputs, which would be waited for, are as they were set.
+        self._read_inputs(kept, waiting)
+        return codes
 
     def quantity(self, name: str, out: NDArray[np.float64] | None = None) -> NDArray[np.float64]:
         """(count,) a column of history.csv after the last step of each."""
