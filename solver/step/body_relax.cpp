@@ -95,11 +95,7 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
     }
     BodyStepReport sum;
     const auto count = [&](const BodyStepReport& r) {
-        sum.iterations += r.iterations;
-        sum.factorisations += r.factorisations;
-        sum.free_motion += r.free_motion;
-        sum.detection += r.detection;
-        sum.contact_solve += r.contact_solve;
+        sum.add_cost_of(r);
         if (!r.accepted) return;
         sum.friction += r.friction;
         sum.energy.work += r.energy.work;
@@ -135,7 +131,9 @@ BodyStepReport relax_rods(BodySystem& system, const StepInput& step, const BodyS
                 still.friction = sum.friction;
                 still.free_motion = sum.free_motion;
                 still.detection = sum.detection;
+                still.compliance = sum.compliance;
                 still.contact_solve = sum.contact_solve;
+                still.correction = sum.correction;
                 const double elastic = still.energy.elastic, kinetic = still.energy.kinetic;
                 still.energy = sum.energy;
                 still.energy.elastic = elastic;

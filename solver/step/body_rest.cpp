@@ -95,13 +95,7 @@ bool step_in_parts(BodySystem& system, const StepInput& step, int parts,
         BodyStepper stepper(system, input, options, own);
         stepper.begin_from(std::move(places), std::move(forces), k < parts);
         own.accepted = stepper.run();
-        own.iterations += report.iterations;
-        own.factorisations += report.factorisations;
-        own.free_motion += report.free_motion;
-        own.detection += report.detection;
-        own.compliance += report.compliance;
-        own.contact_solve += report.contact_solve;
-        own.correction += report.correction;
+        own.add_cost_of(report);
         report = std::move(own);
         if (!report.accepted) return false;
         places = stepper.places();

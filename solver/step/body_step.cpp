@@ -633,6 +633,17 @@ bool BodyStepper::run()
     return true;
 }
 
+void BodyStepReport::add_cost_of(const BodyStepReport& other)
+{
+    iterations += other.iterations;
+    factorisations += other.factorisations;
+    free_motion += other.free_motion;
+    detection += other.detection;
+    compliance += other.compliance;
+    contact_solve += other.contact_solve;
+    correction += other.correction;
+}
+
 BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
                              const BodyStepOptions& options)
 {
@@ -660,9 +671,10 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
             if (of_end && !report.accepted && !(options.stop && *options.stop)) {
                 if (step_from_rest(system, step, own, report)) return report;
                 system.finder.begin_rows(false);
-                report = {};
+                const BodyStepReport refused = std::exchange(report, {});
                 tried = std::make_unique<BodyStepper>(system, step, own, report);
                 report.accepted = tried->run();
+                report.add_cost_of(refused);
             }
             if (!tried->again()) break;
         }

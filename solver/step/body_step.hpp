@@ -119,6 +119,9 @@ struct BodyStepReport {
     std::vector<std::int32_t> recorded_identity;
     double free_motion = 0, detection = 0, compliance = 0, contact_solve = 0,
            correction = 0; ///< [s]
+
+    /// Adds the iterations, factors and seconds of another try of the same step.
+    void add_cost_of(const BodyStepReport& other);
 };
 
 /// The contact problem of the last step of rods alone, which was solved without forming W: with W

@@ -185,6 +185,7 @@ private:
     BodyStepReport& report_;
 
     void begin_at_places();
+    void begin_from_repeated();
     bool depends_on_path() const;
 
     std::optional<Places> from_;
@@ -213,7 +214,6 @@ private:
     bool repeats_ = false;              ///< another try of the same step
     bool free_at_start_ = false;        ///< that try needed no free motions but the first
     std::map<BodySystem::Key, Vec3> found_before_; ///< forces of that try; 0: no contact of it acts
-    void begin_from_repeated();
     bool found_ = false;
     bool nothing_ = false;   ///< moves but for rounding
     bool spread_ = false;    ///< contacts stand for areas: forces are to be even
