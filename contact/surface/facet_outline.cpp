@@ -22,26 +22,6 @@ ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_bac
     return p;
 }
 
-bool cut_to(const ConvexPolygon& q, ConvexPolygon& p)
-{
-    ConvexPolygon rest;
-    for (int k = 0; k < q.count; ++k) {
-        const Vec2 &a = q[k], &b = q[k + 1 < q.count ? k + 1 : 0];
-        double least = twice_area(a, b, p[0]), most = least;
-        for (int i = 1; i < p.count; ++i) {
-            const double side = twice_area(a, b, p[i]);
-            least = std::min(least, side);
-            most = std::max(most, side);
-        }
-        if (!(most > 0)) return false;
-        if (!(least < 0)) continue;
-        keep_left(p, a, b, rest);
-        if (rest.count == 0) return false;
-        p = rest;
-    }
-    return true;
-}
-
 bool is_convex_polygon(const ConvexPolygon& p)
 {
     for (int i = 0; i < p.count; ++i)

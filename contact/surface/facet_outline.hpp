@@ -9,10 +9,6 @@ namespace amontons {
 ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
                       double heights[2]);
 
-/// Replaces p by what it shares with q, cut by those sides alone that it crosses.
-/// @return  false if there is nothing; p is then of no meaning
-bool cut_to(const ConvexPolygon& q, ConvexPolygon& p);
-
 /// Whether no corner turns inwards, seen along the normal; degenerate corners count as straight.
 bool is_convex_polygon(const ConvexPolygon& p);
 

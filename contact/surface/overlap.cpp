@@ -517,7 +517,8 @@ struct DeepestPlace {
     Vec3 place;
     Vec2 xi = Vec2::Zero();
     Mat3 hessian = Mat3::Zero();
-    double size = 0; ///< of the face [m]
+    double size = 0;   ///< of the face [m]
+    double bulges = 0; ///< of it: its sides leave straight ones by this [m]
     int samples = 0;
 
     static constexpr int kMostSamples = 400, kMostLevels = 12, kBentLevels = 2;
@@ -534,13 +535,19 @@ struct DeepestPlace {
             xi = centre;
             hessian = s.hessian;
         }
-        double below = s.distance;
-        for (const Vec2& c : corner)
-            below = std::min(below, s.distance + s.normal.dot(spot(face, c).place - at.place));
+        double below = s.distance, radius = 0;
+        for (const Vec2& c : corner) {
+            const Vec3 way = spot(face, c).place - at.place;
+            below = std::min(below, s.distance + s.normal.dot(way));
+            radius = std::max(radius, way.norm());
+        }
         const double goal = std::min(least, 0.0) + std::min(0.05 * least, -tolerance);
         // Quadratic faces leave the planes of their corners: of near ones parts are examined
-        // anyway.
-        const bool bent = face.nodes == 6 && level < kBentLevels && s.distance < size;
+        // anyway, but where no place can be deeper than the deepest so far. A quarter leaves its
+        // plane by a quarter of what the whole does: 4/3 of its sides' bulges at most.
+        radius += 4.0 / 3 * bulges / std::pow(4, level + 1);
+        const bool bent = face.nodes == 6 && level < kBentLevels && s.distance < size &&
+                          s.distance - radius < std::min(least, 0.0);
         if ((below >= goal && !bent) || level >= kMostLevels || samples >= kMostSamples) return;
         const std::array<Vec2, 3> half{(corner[0] + corner[1]) / 2, (corner[1] + corner[2]) / 2,
                                        (corner[2] + corner[0]) / 2};
@@ -594,6 +601,10 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
             deepest.hessian = s.hessian;
         }
         deepest.size = longest_edge(surface, f, a.places);
+        for (std::size_t k = 0; k < 3 && nodes.size() == 6; ++k)
+            deepest.bulges = std::max(
+                deepest.bulges,
+                (face.node[3 + k] - 0.5 * (face.node[k] + face.node[(k + 1) % 3])).norm());
         for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
             deepest.search(t.xi, kShallow * deepest.size, 0);
         if (!(deepest.least < 0)) continue;

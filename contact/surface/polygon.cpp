@@ -1,6 +1,6 @@
 #include "contact/surface/polygon.hpp"
 
-#include <utility>
+#include <algorithm>
 
 namespace amontons {
 
@@ -52,23 +52,31 @@ void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolyg
     if (out.count < 3) out.count = 0;
 }
 
+bool cut_to(const ConvexPolygon& q, ConvexPolygon& p)
+{
+    if (p.count == 0) return false;
+    ConvexPolygon rest;
+    for (int k = 0; k < q.count; ++k) {
+        const Vec2 &a = q[k], &b = q[k + 1 < q.count ? k + 1 : 0];
+        double least = twice_area(a, b, p[0]), most = least;
+        for (int i = 1; i < p.count; ++i) {
+            const double side = twice_area(a, b, p[i]);
+            least = std::min(least, side);
+            most = std::max(most, side);
+        }
+        if (!(most > 0)) return false;
+        if (!(least < 0)) continue;
+        keep_left(p, a, b, rest);
+        if (rest.count == 0) return false;
+        p = rest;
+    }
+    return true;
+}
+
 void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out)
 {
-    ConvexPolygon other;
-    ConvexPolygon* from = &other;
-    ConvexPolygon* to = &out;
-    // The first cut reads p itself; an odd number of cuts must end in `out`.
-    if (q.count % 2 == 0) std::swap(from, to);
-    const ConvexPolygon* rest = &p;
-    for (int i = 0; i < q.count; ++i) {
-        keep_left(*rest, q[i], q[i + 1 < q.count ? i + 1 : 0], *to);
-        if (to->count == 0) {
-            out.count = 0;
-            return;
-        }
-        rest = to;
-        std::swap(from, to);
-    }
+    out = p;
+    if (!cut_to(q, out)) out.count = 0;
 }
 
 void subtract(const ConvexPolygon& p, const ConvexPolygon& q, double least,

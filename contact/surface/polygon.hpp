@@ -44,6 +44,10 @@ Vec2 middle_of_outline(const ConvexPolygon& p);
 /// polygon that is full already loses a corner.
 void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolygon& out);
 
+/// Replaces p by what it shares with q, cut by those sides alone that it crosses.
+/// @return  false if there is nothing; p is then of no meaning
+bool cut_to(const ConvexPolygon& q, ConvexPolygon& p);
+
 /// What p and q share, empty if they share no area.
 void intersect(const ConvexPolygon& p, const ConvexPolygon& q, ConvexPolygon& out);
 
