@@ -602,9 +602,9 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         }
         deepest.size = longest_edge(surface, f, a.places);
         for (std::size_t k = 0; k < 3 && nodes.size() == 6; ++k)
-            deepest.bulges = std::max(
-                deepest.bulges,
-                (face.node[3 + k] - 0.5 * (face.node[k] + face.node[(k + 1) % 3])).norm());
+            deepest.bulges =
+                std::max(deepest.bulges,
+                         (face.node[3 + k] - 0.5 * (face.node[k] + face.node[(k + 1) % 3])).norm());
         for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
             deepest.search(t.xi, kShallow * deepest.size, 0);
         if (!(deepest.least < 0)) continue;
