@@ -1,7 +1,9 @@
 #pragma once
 
+#include "contact/surface/faceted_surface.hpp"
 #include "contact/surface/sharp_contacts.hpp"
 #include "contact/surface/smooth_normals.hpp"
+#include "mesh/closest_point.hpp"
 
 namespace amontons {
 
@@ -23,5 +25,12 @@ struct FixedShape {
     FixedShape(const ExternalSurface& surface, const SharpFeatures& sharp,
                std::span<const Vec3> places);
 };
+
+/// The unit normal at a place of the surface, which does not jump where it slides from one face
+/// onto the next; nothing on a sharp edge or at its nodes, where faces differ.
+/// @param flat  the surface's flat triangles
+/// @param face  of `shape`, that has the place
+std::optional<Vec3> smooth_normal_at(const FixedShape& shape, const FacetedSurface& flat,
+                                     std::int32_t face, const TrianglePoint& place);
 
 } // namespace amontons

@@ -311,6 +311,8 @@ private:
         std::optional<FixedShape> fixed;
     };
     const Facets& facets_of(const std::vector<BodyRef>& bodies, int body);
+    std::function<WallSample(const Vec3&)> distance_for_rows(const std::vector<BodyRef>& bodies,
+                                                             int body);
     int default_pair(int a, int b, const std::vector<BodyRef>& bodies);
     /// Pairs of free rigid bodies whose boxes touch, without those that have a law of their own.
     std::vector<BoxPair> default_pairs_in_reach(const std::vector<BodyRef>& bodies,

@@ -126,6 +126,28 @@ Vec3 smooth_normal_at(const FaceDistance::Foot& foot, const SurfacePlace& place,
 
 } // namespace
 
+/// As distance_from. Triangles that stand for a curved surface have its normals: where a place
+/// slides across an edge of theirs a force that turns at once would have no balance.
+std::function<WallSample(const Vec3&)>
+ContactFinder::distance_for_rows(const std::vector<BodyRef>& bodies, int body)
+{
+    const RigidBody& rigid = *bodies[std::size_t(body)].rigid;
+    const Placement at = rigid.placement();
+    if (!std::holds_alternative<TriangleShape>(rigid.shape())) return distance_from(rigid, at);
+    return [&rigid, &facets = facets_of(bodies, body), at,
+            near = std::int32_t(-1)](const Vec3& x) mutable {
+        const Vec3 own = at.turn.conjugate() * (x - at.shift);
+        WallSample s = shape_distance(rigid.shape(), own, near);
+        const auto& [a, b, c] = facets.mesh.triangles[std::size_t(near)];
+        const std::vector<Vec3>& points = facets.mesh.points;
+        const TrianglePoint place = closest_on_triangle(
+            own, points[std::size_t(a)], points[std::size_t(b)], points[std::size_t(c)]);
+        s.normal =
+            at.turn * smooth_normal_at(*facets.fixed, *facets.flat, near, place).value_or(s.normal);
+        return s;
+    };
+}
+
 void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
 {
     if (std::size_t(pair) >= rows_.size() || rows_[std::size_t(pair)].empty()) return;
@@ -135,8 +157,8 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
     std::function<WallSample(const Vec3&)> exact;
     if (p.b < 0)
         exact = distance_from_obstacle(p);
-    else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid)
-        exact = distance_from(*rigid, rigid->placement());
+    else if (bodies[std::size_t(p.b)].rigid)
+        exact = distance_for_rows(bodies, p.b);
     for (const bool of_b : {false, true}) {
         const SolidBody* own = of_b ? b : a.solid;
         if (!own) continue;
