@@ -2,6 +2,7 @@
 
 #include "contact/tests/contact_surfaces.hpp"
 
+#include <algorithm>
 #include <doctest/doctest.h>
 #include <string>
 
@@ -100,4 +101,54 @@ TEST_CASE("sharp features touch a surface that does not bend as one that may")
                 CHECK(found.contact[i].point == expected.contact[i].point);
             }
         }
+}
+
+TEST_CASE(
+    "the normal at a place does not jump across smooth edges, and there is none on sharp ones")
+{
+    for (const bool round : {true, false}) {
+        CAPTURE(round);
+        const TouchingBody body = body_of_triangles(round, round ? 12 : 2);
+        const std::vector<Vec3>& x = body.mesh.nodes;
+        const SharpFeatures sharp = sharp_features(body.surface, x);
+        const FixedShape shape(body.surface, sharp, x);
+        const FacetedSurface flat(body.surface);
+        const auto place_at = [&](const FacetedSurface::Triangle& t, const Vec3& p) {
+            return closest_on_triangle(p, x[std::size_t(t.nodes[0])], x[std::size_t(t.nodes[1])],
+                                       x[std::size_t(t.nodes[2])]);
+        };
+        int smooth_edges = 0, sharp_edges = 0;
+        for (const FacetedSurface::Triangle& t : flat.triangles()) {
+            const Vec3 &a = x[std::size_t(t.nodes[0])], &b = x[std::size_t(t.nodes[1])],
+                       &c = x[std::size_t(t.nodes[2])];
+            const Vec3 own = (b - a).cross(c - a).normalized();
+            const auto inside = smooth_normal_at(shape, flat, t.face, place_at(t, (a + b + c) / 3));
+            REQUIRE(inside);
+            CHECK(inside->dot(own) > (round ? 0.98 : 1 - 1e-12));
+            for (std::size_t k = 0; k < 3; ++k) {
+                const FacetedSurface::Triangle& other = flat.triangles()[std::size_t(t.beside[k])];
+                const Vec3 &p = x[std::size_t(t.nodes[k])],
+                           &q = x[std::size_t(t.nodes[(k + 1) % 3])];
+                const Vec3 on = 0.7 * p + 0.3 * q;
+                TrianglePoint here = place_at(t, on), there = place_at(other, on);
+                here.feature = TriangleFeature(int(TriangleFeature::edge0) + int(k));
+                const auto back = std::ranges::find(other.beside, t.face) - other.beside.begin();
+                there.feature = TriangleFeature(int(TriangleFeature::edge0) + int(back));
+                const auto n = smooth_normal_at(shape, flat, t.face, here),
+                           m = smooth_normal_at(shape, flat, other.face, there);
+                CHECK(n.has_value() == m.has_value());
+                if (n && m) {
+                    ++smooth_edges;
+                    CHECK((*n - *m).norm() < 1e-12);
+                } else {
+                    ++sharp_edges;
+                    const Vec3 d = x[std::size_t(other.nodes[1])] - x[std::size_t(other.nodes[0])],
+                               e = x[std::size_t(other.nodes[2])] - x[std::size_t(other.nodes[0])];
+                    CHECK(d.cross(e).normalized().dot(own) < 0.5);
+                }
+            }
+        }
+        CHECK(smooth_edges > 0);
+        CHECK((sharp_edges == 0) == round);
+    }
 }

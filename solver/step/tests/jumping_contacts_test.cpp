@@ -1,8 +1,13 @@
 #include "solver/step/energy_balance.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
+#include "mesh/base/file.hpp"
+
 #include <cmath>
+#include <filesystem>
 #include <fmt/format.h>
+#include <numbers>
+#include <unistd.h>
 
 // Steps at rest in which contacts appear and disappear, or their normals jump: body_lag.cpp. And
 // energy that does not close: energy_balance.cpp.
@@ -73,6 +78,56 @@ TEST_CASE("a rigid box in a coarse block ends with the same force in any number 
         }
         CHECK(-first.z() > 0.5 * 1e6 * c.tool * c.depth); // half of a flat punch on a half-space
     }
+}
+
+TEST_CASE("a head of few triangles passes through a canal without jumps at its edges")
+{
+    // Facets as large as the faces: all of its force is that of rows at places, which slide across
+    // edges between facets that are inclined to each other by 20 degrees.
+    constexpr int kAround = 12, kAlong = 8;
+    constexpr double kRadius = 0.045, kPi = std::numbers::pi;
+    std::string obj = fmt::format("v 0 0 {}\n", -kRadius);
+    for (int j = 1; j < kAlong; ++j)
+        for (int i = 0; i < kAround; ++i) {
+            const double a = kPi * j / kAlong, b = 2 * kPi * i / kAround;
+            obj += fmt::format("v {} {} {}\n", kRadius * std::sin(a) * std::cos(b),
+                               kRadius * std::sin(a) * std::sin(b), -kRadius * std::cos(a));
+        }
+    const int top = 2 + (kAlong - 1) * kAround;
+    obj += fmt::format("v 0 0 {}\n", kRadius);
+    for (int i = 0; i < kAround; ++i) {
+        const int next = (i + 1) % kAround;
+        obj += fmt::format("f 1 {} {}\n", 2 + next, 2 + i);
+        for (int j = 0; j < kAlong - 2; ++j) {
+            const int a = 2 + j * kAround + i, b = 2 + j * kAround + next;
+            obj += fmt::format("f {} {} {}\nf {} {} {}\n", a, b, b + kAround, a, b + kAround,
+                               a + kAround);
+        }
+        obj += fmt::format("f {} {} {}\n", top, top - kAround + i, top - kAround + next);
+    }
+    const std::string path =
+        (std::filesystem::temp_directory_path() / fmt::format("head.{}.obj", getpid())).string();
+    write_file(path, obj);
+    const Result r = run(fmt::format(R"("bodies": {{
+        "canal": {{"kind": "solid", "youngs_modulus": 2e4, "poisson_ratio": 0.4, "hold": [{{"set": "outer"}}],
+                   "mesh": {{"generate": "tube", "radius": 0.04, "thickness": 0.03, "element": "H8",
+                            "around": 16, "along": 6, "through": 2, "centreline": {{"pieces": [{{"length": 0.06}}],
+                            "direction": [0, 0, -1], "normal": [1, 0, 0]}}}}}},
+        "head": {{"kind": "rigid", "shape": {{"file": "{}"}}, "start": {{"place": [0, 0, 0.05]}},
+                  "drive": {{"z": [[0, 0], [1, -0.08]]}}}}}},
+        "contact": [{{"between": ["head", "canal"], "surfaces": ["", "inner"], "friction": 0.1}}],
+        "time": {{"step": 0.05, "end": 1}})",
+                                     path));
+    std::filesystem::remove(path);
+    REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+    CHECK(r.value("head_on_canal_force_z") < 0);
+    int retries = 0, jumps = 0;
+    for (const StepRecord& record : r.records) {
+        retries += record.retries;
+        jumps += record.remark.find("contacts jump") != std::string::npos;
+    }
+    CHECK(retries == 0); // 50, and 9 jumps, with the normals of the facets themselves
+    CHECK(jumps == 0);
 }
 
 TEST_CASE("the largest pressure is reported where faces are larger than what they touch")
