@@ -427,11 +427,13 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         if (!foot || !(foot->distance < 0) || -foot->distance > room) return foot;
         // All faces that share either place count: which comes first is arbitrary.
         faces_at(a, own, -foot->normal, own_faces);
-        faces_at(b, distance.place_of(*foot), foot->normal, other_faces);
         OverlapSpot s;
         s.depth = -foot->distance;
         s.point = x;
         s.own = own;
+        s.other = distance.place_of(*foot);
+        s.normal = foot->normal;
+        faces_at(b, s.other, foot->normal, other_faces);
         s.face = std::numeric_limits<double>::infinity();
         for (const std::size_t f : own_faces)
             s.face = std::min(s.face, longest_edge(surface, f, a.places));
