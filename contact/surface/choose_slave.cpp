@@ -1,46 +1,99 @@
 #include "contact/surface/choose_slave.hpp"
 
-#include "contact/surface/facets.hpp"
+#include "mesh/bounding_tree.hpp"
 
 #include <Eigen/Geometry>
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
+#include <vector>
 
 namespace amontons {
 namespace {
 
 constexpr double kContrast = 30; ///< of stiffness: decides before fineness
 constexpr double kAlike = 1e-2;  ///< difference of area per multiplier that does not count
+constexpr double kRoundOff = 1e-6;
 
-/// Where two surfaces overlap, or the room between them.
-BoundingBox between(const BoundingBox& a, const BoundingBox& b)
-{
-    const Eigen::Array3d low = a.low.max(b.low), high = a.high.min(b.high);
-    BoundingBox box;
-    box.low = low.min(high);
-    box.high = low.max(high);
-    return box;
-}
+/// A face by what counts here.
+struct FaceSize {
+    Vec3 middle;       ///< of its corners [m]
+    double radius = 0; ///< of its corners around that [m]
+    double area = 0;   ///< [m^2]
+    double share = 0;  ///< of multipliers: a regular mesh has a vertex to two triangles or one
+                       ///< quadrilateral, an edge to 2/3
+};
 
-/// Area per multiplier of the faces that touch a box [m^2].
-double coarseness(const ExternalSurface& surface, std::span<const Vec3> places,
-                  const BoundingBox& near)
+std::vector<FaceSize> sizes_of(const ExternalSurface& surface, std::span<const Vec3> places)
 {
-    double area = 0, multipliers = 0;
+    std::vector<FaceSize> sizes;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const std::span<const std::int32_t> face = surface.face(f);
-        BoundingBox box;
-        for (const std::int32_t n : face)
-            box.add(places[static_cast<std::size_t>(n)]);
-        if (!box.touches(near)) continue;
         const auto at = [&](std::size_t i) -> const Vec3& {
             return places[static_cast<std::size_t>(face[i])];
         };
         const bool four = face.size() == 4;
-        area += (at(four ? 2 : 1) - at(0)).cross(at(four ? 3 : 2) - at(four ? 1 : 0)).norm() / 2;
-        // A regular mesh has a vertex to two triangles or one quadrilateral, an edge to 2/3.
-        multipliers += four ? 1 : face.size() == 6 ? 1.5 : 0.5;
+        const std::size_t corners = four ? 4 : 3;
+        FaceSize s;
+        s.middle.setZero();
+        for (std::size_t i = 0; i < corners; ++i)
+            s.middle += at(i) / double(corners);
+        for (std::size_t i = 0; i < corners; ++i)
+            s.radius = std::max(s.radius, (at(i) - s.middle).norm());
+        s.area = (at(four ? 2 : 1) - at(0)).cross(at(four ? 3 : 2) - at(four ? 1 : 0)).norm() / 2;
+        s.share = four ? 1 : face.size() == 6 ? 1.5 : 0.5;
+        sizes.push_back(s);
+    }
+    return sizes;
+}
+
+BoundingTree tree_of(const ExternalSurface& surface, std::span<const Vec3> places)
+{
+    std::vector<BoundingTree::Corners> corners;
+    for (std::size_t f = 0; f < surface.faces.size(); ++f) {
+        const std::span<const std::int32_t> face = surface.face(f);
+        for (std::size_t i = 2; i < (face.size() == 4 ? 4u : 3u); ++i)
+            corners.push_back({places[static_cast<std::size_t>(face[0])],
+                               places[static_cast<std::size_t>(face[i - 1])],
+                               places[static_cast<std::size_t>(face[i])]});
+    }
+    return BoundingTree(std::move(corners));
+}
+
+/// Around all nodes of the faces.
+struct Sphere {
+    Vec3 centre = Vec3::Zero();
+    double radius = 0;
+};
+
+Sphere sphere_around(std::span<const FaceSize> faces)
+{
+    Sphere s;
+    for (const FaceSize& f : faces)
+        s.centre += f.middle / double(faces.size());
+    for (const FaceSize& f : faces)
+        s.radius = std::max(s.radius, (f.middle - s.centre).norm() + f.radius);
+    return s;
+}
+
+/// Area per multiplier of the faces that are no farther from another surface than the nearest and
+/// their own size; of all where there is none [m^2]. By distances: turned together it is the same.
+double coarseness(std::span<const FaceSize> faces, const BoundingTree* other)
+{
+    std::vector<double> far(faces.size(), 0);
+    std::int32_t hint = -1;
+    for (std::size_t f = 0; other && f < faces.size(); ++f) {
+        const NearestTriangle found = other->nearest(faces[f].middle, hint);
+        hint = found.triangle;
+        far[f] = std::sqrt(found.squared);
+    }
+    const double least = far.empty() ? 0 : *std::min_element(far.begin(), far.end());
+    double area = 0, multipliers = 0;
+    for (std::size_t f = 0; f < faces.size(); ++f) {
+        if (far[f] > least + (1 + kRoundOff) * faces[f].radius) continue;
+        area += faces[f].area;
+        multipliers += faces[f].share;
     }
     return multipliers > 0 ? area / multipliers : 0;
 }
@@ -53,8 +106,17 @@ bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, do
     if (std::isinf(a_stiffness) != std::isinf(b_stiffness)) return std::isinf(b_stiffness);
     if (a_stiffness >= kContrast * b_stiffness && !std::isinf(a_stiffness)) return false;
     if (b_stiffness >= kContrast * a_stiffness && !std::isinf(b_stiffness)) return true;
-    const BoundingBox near = between(box_of(a, a_places), box_of(b, b_places));
-    const double of_a = coarseness(a, a_places, near), of_b = coarseness(b, b_places, near);
+    const std::vector<FaceSize> faces_a = sizes_of(a, a_places), faces_b = sizes_of(b, b_places);
+    if (faces_a.empty() || faces_b.empty()) return a_stiffness <= b_stiffness;
+    const Sphere around_a = sphere_around(faces_a), around_b = sphere_around(faces_b);
+    std::optional<BoundingTree> tree_a, tree_b; // of bodies that are near each other
+    if ((around_a.centre - around_b.centre).norm() <=
+        (1 + kRoundOff) * (around_a.radius + around_b.radius)) {
+        tree_a.emplace(tree_of(a, a_places));
+        tree_b.emplace(tree_of(b, b_places));
+    }
+    const double of_a = coarseness(faces_a, tree_b ? &*tree_b : nullptr),
+                 of_b = coarseness(faces_b, tree_a ? &*tree_a : nullptr);
     if (std::abs(of_a - of_b) > kAlike * std::max(of_a, of_b)) return of_a > of_b;
     return a_stiffness <= b_stiffness;
 }

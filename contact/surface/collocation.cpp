@@ -1,5 +1,6 @@
 #include "contact/surface/collocation.hpp"
 
+#include "contact/surface/facets.hpp"
 #include "contact/surface/multipliers.hpp"
 #include "contact/surface/nearest_face.hpp"
 #include "contact/surface/smooth_normals.hpp"
@@ -96,6 +97,15 @@ FacingSum facing(std::span<const Patch> patches, const Vec3& normal)
     return sum;
 }
 
+/// Unit, or zero where the patches enclose the node.
+Vec3 mean_normal(std::span<const Patch> patches)
+{
+    Vec3 sum = Vec3::Zero();
+    for (const Patch& p : patches)
+        sum += p.area * p.normal;
+    return sum.normalized();
+}
+
 void append(SurfaceContacts& out, SurfaceContact c, std::span<const StencilEntry> master)
 {
     set_tangents(c);
@@ -108,6 +118,31 @@ void append(SurfaceContacts& out, SurfaceContact c, std::span<const StencilEntry
 }
 
 } // namespace
+
+WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const Vec3& x,
+                     const Vec3& way, double longest)
+{
+    constexpr int kMost = 60;
+    constexpr double kOut = 1e-12; // of the depth
+    const WallSample nearest = shape(x);
+    if (!(nearest.distance < 0) || way.isZero(0)) return nearest;
+    double t = 0;
+    WallSample s = nearest;
+    // No step of the depth is too long.
+    for (int i = 0; i < kMost && t <= longest && s.distance < kOut * nearest.distance; ++i) {
+        const double along = s.normal.dot(way);
+        // On a flat side the first step along its normal is the whole way.
+        const double whole = along > kFacing ? -s.distance / along : 0;
+        if (whole > 0 && shape(x + (t + whole) * way).distance <= -kOut * nearest.distance)
+            t += whole;
+        else
+            t -= s.distance;
+        s = shape(x + t * way);
+    }
+    if (t > longest || s.normal.dot(way) < kFacing) return nearest;
+    s.distance -= t * s.normal.dot(way);
+    return s;
+}
 
 SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3> places,
                               const std::function<WallSample(const Vec3&)>& wall, double reach)
@@ -128,7 +163,10 @@ SurfaceContacts wall_contacts(const ExternalSurface& slave, std::span<const Vec3
         SurfaceContact c;
         c.id = carriers.node[i];
         c.point = places[at(carriers.node[i])];
-        const WallSample& sample = samples[at(slave.surface_nodes[at(carriers.node[i])])];
+        WallSample sample = samples[at(slave.surface_nodes[at(carriers.node[i])])];
+        // Pressed in beside an edge of the shape: not out through the side behind it.
+        if (sample.distance < 0 && !(facing(carriers.of(i), sample.normal).area > 0))
+            sample = exit_from(wall, c.point, -mean_normal(carriers.of(i)), reach);
         c.gap = sample.distance;
         c.normal = sample.normal;
         // No node may enter an obstacle, in whatever direction its faces are oriented (the tip of a

@@ -12,6 +12,14 @@
 
 namespace amontons {
 
+/// How a place inside a shape comes out of it: against its own surface's normal, into which it was
+/// pressed. The nearest way out changes at once where two are equally long, as beside the edge of a
+/// punch, and a place under it would be pushed sideways.
+/// @param way      unit, or zero: the nearest
+/// @param longest  a longer way is none: the nearest [m]
+WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const Vec3& x,
+                     const Vec3& way, double longest);
+
 /// With a smooth rigid obstacle. The constraints of dual multipliers are at their nodes, so this is
 /// no less exact than integrals.
 /// @param places  of all nodes of the mesh, finite [m]

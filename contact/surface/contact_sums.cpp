@@ -79,9 +79,12 @@ std::vector<std::int32_t> ContactSums::merge_(std::vector<Multiplier>& sums) con
             const std::int32_t a = face.multiplier[static_cast<std::size_t>(i)];
             if (!is_tiny(multipliers_[at(a)])) continue;
             if (best[at(a)] < 0) tiny.push_back(a);
-            for (int j = 0; j < face.count; ++j) {
-                const std::int32_t b = face.multiplier[static_cast<std::size_t>(j)];
-                if (a == b) continue;
+            for (int j = 1; j < face.count; ++j) {
+                // Of a quadrilateral the corner across it is no neighbour: which of two that carry
+                // as much were joined would be a matter of numbers.
+                if (face.count == 4 && j == 2) continue;
+                const std::int32_t b =
+                    face.multiplier[static_cast<std::size_t>((i + j) % face.count)];
                 std::int32_t& c = best[at(a)];
                 const auto by_area = [&](std::int32_t k) {
                     return std::pair(multipliers_[at(k)].area, -k);

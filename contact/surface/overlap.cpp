@@ -427,11 +427,13 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
         if (!foot || !(foot->distance < 0) || -foot->distance > room) return foot;
         // All faces that share either place count: which comes first is arbitrary.
         faces_at(a, own, -foot->normal, own_faces);
-        faces_at(b, distance.place_of(*foot), foot->normal, other_faces);
         OverlapSpot s;
         s.depth = -foot->distance;
         s.point = x;
         s.own = own;
+        s.other = distance.place_of(*foot);
+        s.normal = foot->normal;
+        faces_at(b, s.other, foot->normal, other_faces);
         s.face = std::numeric_limits<double>::infinity();
         for (const std::size_t f : own_faces)
             s.face = std::min(s.face, longest_edge(surface, f, a.places));
@@ -522,6 +524,10 @@ struct DeepestPlace {
     int samples = 0;
 
     static constexpr int kMostSamples = 400, kMostLevels = 12, kBentLevels = 2;
+    /// Of the face: under a cylinder's side many places are as deep, and round-off must not choose.
+    static constexpr double kDeeper = 1e-9;
+
+    bool is_deeper(double d) const { return d < least - kDeeper * size; }
 
     void search(const std::array<Vec2, 3>& corner, double tolerance, int level)
     {
@@ -529,7 +535,7 @@ struct DeepestPlace {
         const FaceSpot at = spot(face, centre);
         const WallSample s = distance(at.place);
         ++samples;
-        if (s.distance < least) {
+        if (is_deeper(s.distance)) {
             least = s.distance;
             place = at.place;
             xi = centre;
@@ -590,17 +596,17 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         const FaceInPlane face(nodes, a.places);
         const FlatParts parts = flat_parts(nodes.size());
         DeepestPlace deepest{face, distance, std::numeric_limits<double>::infinity(), {}};
+        deepest.size = longest_edge(surface, f, a.places);
         double node_gap = std::numeric_limits<double>::infinity();
         for (std::size_t k = 0; k < nodes.size(); ++k) {
             const WallSample s = distance(face.node[k]);
             if (nodes.size() != 6 || k >= 3) node_gap = std::min(node_gap, s.distance);
-            if (!(s.distance < deepest.least)) continue;
+            if (!deepest.is_deeper(s.distance)) continue;
             deepest.least = s.distance;
             deepest.place = face.node[k];
             deepest.xi = parts.xi[k];
             deepest.hessian = s.hessian;
         }
-        deepest.size = longest_edge(surface, f, a.places);
         for (std::size_t k = 0; k < 3 && nodes.size() == 6; ++k)
             deepest.bulges =
                 std::max(deepest.bulges,

@@ -27,9 +27,11 @@ struct OverlapSpot {
     Vec3 point = Vec3::Zero();
     /// The place on the body's own surface.
     SurfacePlace own;
-    double face = 0;  ///< the smaller of the touching faces, by its longest edge [m]
-    double bulge = 0; ///< of both: what flat faces leave [m]
-    double round = 0; ///< of an exact shape alone, by the least of its two curvatures [m]
+    SurfacePlace other;         ///< the nearest place of the other mesh; none on an exact shape
+    Vec3 normal = Vec3::Zero(); ///< of that place, unit, outwards
+    double face = 0;            ///< the smaller of the touching faces, by its longest edge [m]
+    double bulge = 0;           ///< of both: what flat faces leave [m]
+    double round = 0;           ///< of an exact shape alone, by the least of its two curvatures [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
     double node_gap = 0;
 };

@@ -74,14 +74,21 @@ std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& ow
 }
 
 struct RowLimits {
-    double tolerance; ///< what a row leaves [m]
-    double beyond;    ///< depth from which on there is one [m]
+    double tolerance = 0; ///< what a row leaves [m]
+    double beyond = 0;    ///< depth from which on there is one [m]
 };
 
-/// Between meshes rows leave what integrals over the faces leave on average.
-RowLimits between_meshes(const OverlapSpot& s, double allowed)
+/// Between meshes rows leave what integrals over the faces leave on average; of a place that
+/// multipliers press out little, as between the nodes of coarse faces, as much less.
+/// @param pressed  how far strain has pressed both sides apart [m]; none in motion: enough
+RowLimits between_meshes(const OverlapSpot& s, double allowed, std::optional<double> pressed)
 {
-    return {kMeanBulge * std::min(s.bulge, allowed), allowed};
+    RowLimits limits{kMeanBulge * std::min(s.bulge, allowed), allowed};
+    if (!pressed) return limits;
+    const double left = kLeftByNodes * *pressed / (s.depth + *pressed) * s.depth;
+    limits.tolerance = std::min(limits.tolerance, left);
+    limits.beyond = std::min(allowed, std::max(kAllowedOfFace * s.face, left));
+    return limits;
 }
 
 /// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
@@ -112,7 +119,7 @@ double pressed_in(const SolidBody& solid, const SolidBody::Unstrained& unstraine
     for (const StencilEntry& e : place.nodes())
         d += e.weight * outward.dot(unstrained.place(solid.mesh().nodes[std::size_t(e.node)]) -
                                     solid.places()[std::size_t(e.node)]);
-    return std::max(d, 0.0);
+    return d;
 }
 
 } // namespace
@@ -229,7 +236,17 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (p.a == p.b) return;
     const bool meshes = p.b >= 0 && bodies[std::size_t(p.b)].solid;
     std::vector<OverlapSpot> spots;
-    std::optional<SolidBody::Unstrained> unstrained;
+    std::optional<SolidBody::Unstrained> unstrained, unstrained_b;
+    const auto pressed_apart = [&](const OverlapSpot& s, bool of_b) -> std::optional<double> {
+        if (step_.dynamic || s.depth <= kAllowedOfFace * s.face) return {};
+        const SolidBody& b = *bodies[std::size_t(p.b)].solid;
+        if (!unstrained) unstrained = a.solid->unstrained();
+        if (!unstrained_b) unstrained_b = b.unstrained();
+        return std::max(
+            pressed_in(*a.solid, *unstrained, of_b ? s.other : s.own, of_b ? s.normal : -s.normal) +
+                pressed_in(b, *unstrained_b, of_b ? s.own : s.other, of_b ? -s.normal : s.normal),
+            0.0);
+    };
     const auto keep = [&](bool of_b) {
         const double thinner = spots.empty() ? 0 : thinner_of(bodies, p);
         for (const OverlapSpot& s : spots) {
@@ -244,19 +261,21 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.own = s.own;
             o.most = kNever * std::min(thinner, s.face);
             o.allowed = std::min(std::max(kAllowedOfFace * s.face, s.bulge), o.most);
-            RowLimits rows = between_meshes(s, o.allowed);
+            RowLimits rows;
             // Whatever else they depend on, no limit of a shape is less than this.
             const bool round = s.round > kAllowedOfFace * s.face;
             const double least = std::min((round ? kRowsOfRound : kAllowedOfFace) * s.face,
                                           kRowsOfThickness * thinner);
-            if (!meshes && s.depth <= kRowsAhead * least) {
+            if (meshes) {
+                rows = between_meshes(s, o.allowed, pressed_apart(s, of_b));
+            } else if (s.depth <= kRowsAhead * least) {
                 rows = {0, least};
-            } else if (!meshes) {
+            } else {
                 if (!unstrained) unstrained = a.solid->unstrained();
                 const Vec3 outward =
                     outward_normal_at({*p.surface_a->facets, a.solid->places()}, s.own);
-                rows =
-                    beside_shape(s, o.allowed, pressed_in(*a.solid, *unstrained, s.own, outward));
+                const double pressed = pressed_in(*a.solid, *unstrained, s.own, outward);
+                rows = beside_shape(s, o.allowed, std::max(pressed, 0.0));
             }
             o.tolerance = rows.tolerance;
             o.rows_beyond =

@@ -1,3 +1,4 @@
+#include "contact/surface/collocation.hpp"
 #include "contact/surface/facets.hpp"
 #include "contact/surface/overlap.hpp"
 #include "contact/surface/smooth_normals.hpp"
@@ -61,35 +62,6 @@ void ContactFinder::add_rows_ahead(std::span<const BodyOverlap> overlaps)
 }
 
 namespace {
-
-/// How a place inside a shape comes out of it: against its own surface's normal, into which it was
-/// pressed. The nearest way out changes at once where two are equally long, as beside the edge of a
-/// punch, and a place under it would be pushed sideways.
-/// @param way  unit, or zero: the nearest
-WallSample exit_from(const std::function<WallSample(const Vec3&)>& shape, const Vec3& x,
-                     const Vec3& way, double longest)
-{
-    constexpr int kMost = 60;
-    constexpr double kOut = 1e-12; // of the depth
-    const WallSample nearest = shape(x);
-    if (!(nearest.distance < 0) || way.isZero(0)) return nearest;
-    double t = 0;
-    WallSample s = nearest;
-    // No step of the depth is too long.
-    for (int i = 0; i < kMost && t <= longest && s.distance < kOut * nearest.distance; ++i) {
-        const double along = s.normal.dot(way);
-        // On a flat side the first step along its normal is the whole way.
-        const double whole = along > kFacing ? -s.distance / along : 0;
-        if (whole > 0 && shape(x + (t + whole) * way).distance <= -kOut * nearest.distance)
-            t += whole;
-        else
-            t -= s.distance;
-        s = shape(x + t * way);
-    }
-    if (t > longest || s.normal.dot(way) < kFacing) return nearest;
-    s.distance -= t * s.normal.dot(way);
-    return s;
-}
 
 std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const Vec3& x,
                                             const Vec3& way, double longest, std::int32_t& hint)
