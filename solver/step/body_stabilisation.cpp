@@ -23,6 +23,7 @@ namespace amontons {
 namespace {
 
 constexpr int kMostRowsHeld = 1500; // dense algebra on them
+constexpr double kRounding = 1e-13; // of the largest eigenvalue of W
 constexpr double kHolds[] = {1,   4,    16,  64,
                              256, 1024, 4096}; // Gamma, over the mean compliance of a row
 
@@ -123,6 +124,40 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
         }
     }
     return false;
+}
+
+/// A rod under compression is a saddle point of a step in motion where M + h^2 K is not positive on
+/// the motions that closed contacts and couplings leave free: it buckles faster than the step
+/// follows, the step has other ends beside the one found, and round-off would choose. Shorter
+/// steps follow it. By the inertia of a Schur complement, as above: W of the rows that hold has as
+/// many negative eigenvalues as the rods have.
+std::string BodyStepper::rod_that_buckles() const
+{
+    if (!step_.dynamic) return "";
+    int negative = 0;
+    std::string name;
+    for (std::size_t b = 0; b < bodies(); ++b)
+        if (const RodBody* rod = system_.refs[b].rod; rod && rod->negative() > 0) {
+            negative += rod->negative();
+            if (name.empty()) name = system_.refs[b].name;
+        }
+    if (negative == 0 || rows_.count > kMostRowsHeld) return "";
+    std::vector<Eigen::Index> held;
+    for (std::size_t i = 0; rows_.count > 0 && i < rows_.chosen.size(); ++i) {
+        const int first = rows_.first[i], size = amontons::rows_of(problem_.kind[i]);
+        const bool joint = problem_.kind[i] == ContactKind::bilateral;
+        if (!joint && !(r_[first] > 0)) continue;
+        const bool all =
+            joint || (size > 1 && std::hypot(r_[first + 1], r_[first + 2]) <
+                                      kStickShare * problem_.mu[Eigen::Index(i)] * r_[first]);
+        for (int k = 0; k < (all ? size : 1); ++k)
+            held.push_back(first + k);
+    }
+    if (!held.empty()) {
+        const Eigen::VectorXd values = symmetric_eigenvalues(problem_.W.part(held));
+        negative -= int((values.array() < -kRounding * values.cwiseAbs().maxCoeff()).count());
+    }
+    return negative > 0 ? name : "";
 }
 
 /// The solution of the stabilised matrix converted to that of the true one.

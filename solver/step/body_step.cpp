@@ -438,6 +438,10 @@ bool BodyStepper::run()
         body(b).begin(step_);
     for (const BodyRef& b : system_.refs)
         spread_ |= b.rigid && b.rigid->spread();
+    // What carries rods at their couplings may share their forces in any way.
+    for (const Coupling& c : system_.couplings)
+        for (const CoupledPlace& side : {c.a, c.b})
+            spread_ |= side.body >= 0 && system_.refs[std::size_t(side.body)].rod;
     system_.finder.begin_step(system_.refs);
     if (from_) {
         begin_at_places();
@@ -577,6 +581,8 @@ bool BodyStepper::run()
         if (b.rod && !step_.dynamic && force_.empty() && report_.refusal.empty() &&
             b.rod->slip_is_unbalanced())
             report_.refusal = b.name + " reached a balance that is not stable";
+    if (const std::string rod = rod_that_buckles(); !rod.empty() && report_.refusal.empty())
+        report_.refusal = rod + " buckles within the step, faster than the step follows";
     if (!report_.refusal.empty()) return false;
     if (options_.stop &&
         *options_.stop) { // solvers may have ended with less than they do otherwise

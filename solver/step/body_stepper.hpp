@@ -106,6 +106,7 @@ private:
     bool use_true_tangent(std::vector<Eigen::MatrixXd>& W,
                           const std::vector<std::pair<int, double>>& soft);
     Eigen::VectorXd unstabilised(std::size_t b, const Eigen::VectorXd& y) const;
+    std::string rod_that_buckles() const;
     bool uses_matrix_free() const;
     bool solve_without_W();
     void take_answer(const Eigen::VectorXd& u);
