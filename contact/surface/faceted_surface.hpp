@@ -65,6 +65,7 @@ struct PlacedSurface {
     /// Of a part of a body's outside: what is behind it down to this depth is in the body [m]. 0:
     /// all of the outside.
     double thickness = 0;
+    std::span<const Vec3> at_rest; ///< without strain [m]; empty: not known
 };
 
 /// A place on a surface by its nodes; weights sum to 1.

@@ -140,6 +140,15 @@ double bulge_of_face(const PlacedSurface& s, std::size_t face, double widest)
     return most;
 }
 
+namespace {
+
+PlacedSurface without_strain(const PlacedSurface& s)
+{
+    return {s.facets, s.at_rest.empty() ? s.places : s.at_rest};
+}
+
+} // namespace
+
 FaceDistance::FaceDistance(const PlacedSurface& surface, const BoundingBox& near)
     : surface_(surface)
 {
@@ -445,7 +454,11 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
                 bulge = std::min(bulge, bulge_of_face(of, f, s.face));
             return bulge;
         };
-        if (!shallow(s)) s.bulge = least(a, own_faces) + least(b, other_faces);
+        if (!shallow(s)) {
+            s.bulge = least(a, own_faces) + least(b, other_faces);
+            s.bulge_at_rest =
+                least(without_strain(a), own_faces) + least(without_strain(b), other_faces);
+        }
         spots.push_back(s);
         return foot;
     };
@@ -622,10 +635,13 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         s.face = deepest.size;
         if (!shallow(s)) {
             s.bulge = bulge_of_face(a, f, s.face);
+            s.bulge_at_rest = bulge_of_face(without_strain(a), f, s.face);
             if (!deepest.hessian.isZero(0)) {
                 const Vec3 bends = symmetric_eigenvalues(deepest.hessian); // 0 along the normal
                 const double per_bend = s.face * s.face / 8;
-                s.bulge += per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
+                const double of_shape = per_bend * std::max(std::abs(bends[0]), std::abs(bends[2]));
+                s.bulge += of_shape;
+                s.bulge_at_rest += of_shape;
                 s.round = per_bend * std::max(bends[1], 0.0);
             }
         }

@@ -31,7 +31,10 @@ struct OverlapSpot {
     Vec3 normal = Vec3::Zero(); ///< of that place, unit, outwards
     double face = 0;            ///< the smaller of the touching faces, by its longest edge [m]
     double bulge = 0;           ///< of both: what flat faces leave [m]
-    double round = 0;           ///< of an exact shape alone, by the least of its two curvatures [m]
+    /// The same of the bodies without strain, where that is known: what bends around an edge is
+    /// no curved surface that its faces stand for.
+    double bulge_at_rest = 0;
+    double round = 0; ///< of an exact shape alone, by the least of its two curvatures [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
     double node_gap = 0;
 };

@@ -69,3 +69,19 @@ TEST_CASE("what counts is the mesh near the other body")
     CHECK(!first(upper, 1, lower, 1));
     CHECK(first(lower, 1, upper, 1));
 }
+
+TEST_CASE("the choice does not change where both are turned")
+{
+    // Boxes around turned bodies take in more faces, of other sizes.
+    for (const ElementKind kind : kKinds)
+        for (int i = 0; i < 20; ++i) {
+            CAPTURE(i);
+            TouchingBody lower = box_body(kind, {0, 0, -0.13}, {0.14, 0.18, 0}, {3, 3, 3});
+            TouchingBody upper =
+                box_body(kind, {0.02, 0.03, 0}, {0.12, 0.155, 0.06 + 0.01 * i}, {2, 2, 2});
+            const bool as_it_is = first(lower, 1, upper, 3);
+            lower.move(turn(0.3 + i, {0.3, -0.8, 0.1 * i}));
+            upper.move(turn(0.3 + i, {0.3, -0.8, 0.1 * i}));
+            CHECK(first(lower, 1, upper, 3) == as_it_is);
+        }
+}

@@ -1,8 +1,11 @@
 #include "contact/surface/collocation.hpp"
 
+#include "contact/rigid/shape_distance.hpp"
 #include "contact/tests/contact_surfaces.hpp"
 
+#include <algorithm>
 #include <doctest/doctest.h>
+#include <numbers>
 #include <string>
 
 using namespace amontons;
@@ -176,5 +179,52 @@ TEST_CASE("collocation on a curved master: gaps and normals are those of the sph
                            },
                            1e-9)
                            .contact.size());
+    }
+}
+
+TEST_CASE("a node pressed in beside the end of a cylinder comes out against its own surface")
+{
+    // The end is nearer than the side is deep: along its normal the node would be pushed aside.
+    const Shape cylinder = Cylinder{0.2, 0.5}; // along z
+    std::int32_t near = -1;
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        TouchingBody block = box_body(kind, {-0.5, -0.5, -0.5}, {0.5, 0.5, 0}, {2, 2, 1});
+        std::vector<Vec3> places = block.mesh.nodes;
+        const auto top = [&](const Vec3& x) { return x.z() == 0; };
+        const double depth = 0.05, to_end = 0.01;
+        // The cylinder lies along x; its end is just beyond the node nearest to the middle.
+        const SurfaceContacts all = wall_contacts(
+            block.surface, places,
+            [](const Vec3& x) {
+                WallSample s;
+                s.distance = x.z();
+                s.normal = Vec3::UnitZ();
+                return s;
+            },
+            1e-9);
+        REQUIRE(!all.contact.empty());
+        const auto middle = std::min_element(
+            all.contact.begin(), all.contact.end(),
+            [](const auto& a, const auto& b) { return a.point.norm() < b.point.norm(); });
+        REQUIRE(top(middle->point));
+        const Vec3 centre = middle->point + Vec3(to_end - 0.5, 0, 0.2 - depth);
+        const Mat3 turn = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()).toRotationMatrix();
+        const auto distance = [&](const Vec3& x) {
+            WallSample s = shape_distance(cylinder, turn.transpose() * (x - centre), near);
+            s.normal = turn * s.normal;
+            return s;
+        };
+        CHECK(distance(middle->point).normal.x() == doctest::Approx(1)); // the nearest
+        bool found = false;
+        for (const SurfaceContact& c :
+             wall_contacts(block.surface, places, distance, 0.3).contact) {
+            if (c.id != middle->id) continue;
+            found = true;
+            CHECK(c.gap == doctest::Approx(-depth).epsilon(1e-9));
+            CHECK((c.normal + Vec3::UnitZ()).norm() < 1e-9);
+            CHECK(c.area > 0);
+        }
+        CHECK(found);
     }
 }

@@ -540,3 +540,30 @@ TEST_CASE(
     }
     CHECK(across > 10);
 }
+
+TEST_CASE("small multipliers of a quadrilateral join along its edges wherever its numbers begin")
+{
+    // A narrow bar across the middle of one long face: the two corners on its shorter side carry
+    // less than a twentieth, and each joins the corner at the other end of its own long edge. The
+    // two contacts mirror each other.
+    for (int begin = 0; begin < 4; ++begin) {
+        CAPTURE(begin);
+        const Vec3 corner[4] = {
+            {-0.05, -1, 0}, {0.05, -1, 0}, {0.05, 1, 0}, {-0.05, 1, 0}}; // around the face
+        VolumeMesh mesh;
+        for (const double z : {0.0, 0.1})
+            for (int k = 0; k < 4; ++k)
+                mesh.nodes.push_back(corner[(begin + k) % 4] + Vec3(0, 0, z));
+        mesh.blocks.push_back({ElementKind::H8, {0, 1, 2, 3, 4, 5, 6, 7}});
+        const TouchingBody slave = with_surface(mesh);
+        const TouchingBody bar =
+            box_body(ElementKind::H8, {-1, -0.052, -0.1}, {1, 0.045, 0}, {1, 1, 1});
+        const SurfaceContacts found = contacts_of(slave, bar, 0.01);
+        REQUIRE(found.contact.size() == 2);
+        const SurfaceContact &a = found.contact[0], &b = found.contact[1];
+        CHECK(a.area == doctest::Approx(b.area).epsilon(1e-9));
+        CHECK(a.area == doctest::Approx(0.05 * 0.097).epsilon(1e-9));
+        CHECK(a.point.x() == doctest::Approx(-b.point.x()).epsilon(1e-9));
+        CHECK(a.point.y() == doctest::Approx(b.point.y()).epsilon(1e-9));
+    }
+}

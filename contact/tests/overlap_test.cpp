@@ -346,3 +346,65 @@ TEST_CASE("places below the requested depth have no bulge, deeper ones the same"
         CHECK(left > 0);
     }
 }
+
+TEST_CASE("of places that are as deep under a cylinder's side round-off chooses none")
+{
+    const Shape cylinder = Cylinder{0.1, 0.06}; // along z
+    const TouchingBody block =
+        box_body(ElementKind::T10, {-0.5, -0.5, -0.4}, {0.5, 0.5, 0}, {4, 4, 2});
+    const FacetedSurface facets(block.surface);
+    const Mat3 lying = Eigen::AngleAxisd(std::numbers::pi / 2, Vec3::UnitY()).toRotationMatrix();
+    const Vec3 centre{0.011, 0.009, 0.09};
+    std::vector<OverlapSpot> first;
+    for (int i = 0; i < 12; ++i) {
+        CAPTURE(i);
+        const Eigen::Isometry3d there = i ? turn(0.41 * i, {0.2, 1, -0.1 * i}, {0.3 * i, -1, 2})
+                                          : Eigen::Isometry3d::Identity();
+        TouchingBody moved = block;
+        moved.move(there);
+        std::int32_t near = -1;
+        const auto distance = [&](const Vec3& x) {
+            WallSample s =
+                shape_distance(cylinder, lying.transpose() * (there.inverse() * x - centre), near);
+            s.normal = there.linear() * (lying * s.normal);
+            return s;
+        };
+        std::vector<OverlapSpot> spots;
+        overlap_spots({facets, moved.mesh.nodes}, distance, all_space(), spots);
+        if (i == 0) first = spots;
+        REQUIRE(spots.size() == first.size());
+        REQUIRE(!spots.empty());
+        for (std::size_t k = 0; k < spots.size(); ++k) {
+            CHECK(spots[k].depth == doctest::Approx(first[k].depth).epsilon(1e-9));
+            CHECK((spots[k].point - there * first[k].point).norm() < 1e-9);
+        }
+    }
+}
+
+TEST_CASE("a block that is bent around an edge has no curvature that its faces stand for")
+{
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        const TouchingBody straight = box_body(kind, {-0.5, -0.1, -0.2}, {0.5, 0.1, 0}, {8, 1, 2});
+        TouchingBody bent = straight;
+        for (Vec3& x : bent.mesh.nodes)
+            x.z() += 0.8 * std::max(x.x(), 0.0) * x.x();
+        const TouchingBody die =
+            box_body(ElementKind::H8, {-0.2, -0.05, -0.01}, {0.1, 0.05, 0.2}, {1, 1, 1});
+        const FacetedSurface of_block(bent.surface), of_die(die.surface);
+        std::vector<OverlapSpot> known, unknown;
+        overlap_spots({of_block, bent.mesh.nodes, 0, straight.mesh.nodes},
+                      {of_die, die.mesh.nodes, 0, die.mesh.nodes}, known);
+        overlap_spots({of_block, bent.mesh.nodes}, {of_die, die.mesh.nodes}, unknown);
+        REQUIRE(!known.empty());
+        REQUIRE(known.size() == unknown.size());
+        double bulge = 0;
+        for (std::size_t k = 0; k < known.size(); ++k) {
+            CHECK(known[k].bulge_at_rest < 1e-12);
+            CHECK(unknown[k].bulge_at_rest == unknown[k].bulge);
+            CHECK(known[k].bulge == unknown[k].bulge);
+            bulge = std::max(bulge, known[k].bulge);
+        }
+        CHECK(bulge > 1e-4);
+    }
+}

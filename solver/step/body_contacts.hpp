@@ -135,8 +135,9 @@ struct BodyOverlap {
     Vec3 point = Vec3::Zero();
     bool of_b = false; ///< the place is on b
     SurfacePlace own;  ///< its nodes; none on a rigid body
-    /// Depths beyond which the overlap is warned of, and beyond which the step is refused [m].
+    /// What the meshes leave, and the depth beyond which the step is refused [m].
     double allowed = 0, most = 0;
+    double silent = 0;      ///< depth beyond which the overlap is warned of [m]
     double rows_beyond = 0; ///< depth beyond which a row is added for the place [m]
     double tolerance = 0;   ///< overlap that such a row leaves [m]
 };
@@ -367,11 +368,12 @@ private:
     std::vector<const Wall*> walls_;
     std::vector<BodyContacts> kept_; // of small pairs, with the gaps of the start
     std::vector<bool> made_;
-    std::vector<std::vector<SeenDistance>> seen_;  // of rods' stations and walls, of each pair
-    std::vector<std::vector<std::int64_t>> sharp_; // ids found in this step, of each pair, ascending
-    std::vector<AxisBox> boxes_;                   // of the bodies
-    std::vector<AxisBox> swept_;                   // of the bodies, over the step
-    std::vector<double> speed_;                    // of the bodies at the start of the step [m/s]
+    std::vector<std::vector<SeenDistance>> seen_; // of rods' stations and walls, of each pair
+    std::vector<std::vector<std::int64_t>>
+        sharp_;                    // ids found in this step, of each pair, ascending
+    std::vector<AxisBox> boxes_;   // of the bodies
+    std::vector<AxisBox> swept_;   // of the bodies, over the step
+    std::vector<double> speed_;    // of the bodies at the start of the step [m/s]
     std::vector<double> thinnest_; // no part of a body is thinner; made at first use [m]
     std::vector<double> motion_;   // of a body's nodes in the step, the longest; < 0: not yet [m]
     std::vector<std::unique_ptr<Facets>> facets_; // of the bodies, once one is needed

@@ -196,7 +196,8 @@ void ContactFinder::overlaps(const std::vector<BodyRef>& bodies, std::vector<Bod
         const double left =
             start_overlap_left(int(p)) + (start_tolerance_.empty() ? 0 : start_tolerance_[p]);
         for (std::size_t i = first; left > 0 && i < out.size(); ++i)
-            for (double* limit : {&out[i].allowed, &out[i].most, &out[i].rows_beyond})
+            for (double* limit :
+                 {&out[i].allowed, &out[i].silent, &out[i].most, &out[i].rows_beyond})
                 *limit += left;
     }
     if (!rest_) return;
@@ -261,6 +262,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.own = s.own;
             o.most = kNever * std::min(thinner, s.face);
             o.allowed = std::min(std::max(kAllowedOfFace * s.face, s.bulge), o.most);
+            o.silent = std::min(o.allowed, std::max(kAllowedOfFace * s.face, s.bulge_at_rest));
             RowLimits rows;
             // Whatever else they depend on, no limit of a shape is less than this.
             const bool round = s.round > kAllowedOfFace * s.face;
@@ -292,7 +294,8 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         }
         return;
     }
-    const PlacedSurface own{*p.surface_a->facets, a.solid->places(), below_a};
+    const PlacedSurface own{*p.surface_a->facets, a.solid->places(), below_a,
+                            a.solid->mesh().nodes};
     // Whatever the bulge, no limit is less than this.
     Shallow shallow;
     if (!p.small)
@@ -315,7 +318,8 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
                       shallow);
         return keep(false);
     }
-    const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b};
+    const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b,
+                              b.solid->mesh().nodes};
     overlap_spots(own, other, spots, shallow);
     keep(false);
     overlap_spots(other, own, spots, shallow);
@@ -357,7 +361,7 @@ std::optional<BodyOverlap> overlap_of_shapes(const ShapeOverlap& deepest, Thinne
     BodyOverlap o;
     o.depth = deepest.depth;
     o.point = deepest.place;
-    o.allowed = kAllowedOfBody * thinner;
+    o.allowed = o.silent = kAllowedOfBody * thinner;
     o.most = kNever * thinner;
     return o;
 }

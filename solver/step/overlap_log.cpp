@@ -10,8 +10,8 @@ namespace amontons {
 namespace {
 
 constexpr std::size_t kMostSentences = 8; // of a kind; the others are counted
-constexpr double kWorse = 1.5;          // of a pair's overlap: it is reported again
-constexpr double kOfIndentation = 0.5;  // more is always reported
+constexpr double kWorse = 1.5;            // of a pair's overlap: it is reported again
+constexpr double kOfIndentation = 0.5;    // more is always reported
 constexpr std::size_t kMostPairs = 1u << 20, kPerReport = 4, kPerSize = 8; // numbers
 
 } // namespace
@@ -22,7 +22,7 @@ void OverlapLog::add(const BodySystem& system, const BodyStepReport& report, int
     for (const ContactSize& now : contact_sizes(system, report, largest))
         largest[now.pair] = now;
     for (const BodyOverlap& o : report.overlaps) {
-        bool much = o.depth > o.allowed;
+        bool much = o.depth > o.silent;
         if (const auto size = largest.find(o.pair); size != largest.end())
             much |= o.depth > kOfIndentation * size->second.indentation;
         if (!much) continue;
@@ -30,11 +30,11 @@ void OverlapLog::add(const BodySystem& system, const BodyStepReport& report, int
         if (!(o.depth > kWorse * last)) continue;
         last = o.depth;
         if (reported.size() > kMostSentences) continue;
-        warnings.push_back(fmt::format(
-            "step {}: {}, {}; {} leaves less", step, describe(o, system),
-            o.depth > o.allowed ? fmt::format("more than {:.3g} m", o.allowed)
-                                : "more than half of the indentation",
-            o.own.count > 0 ? "a finer mesh there" : "a shorter step"));
+        warnings.push_back(fmt::format("step {}: {}, {}; {} leaves less", step, describe(o, system),
+                                       o.depth > o.silent
+                                           ? fmt::format("more than {:.3g} m", o.silent)
+                                           : "more than half of the indentation",
+                                       o.own.count > 0 ? "a finer mesh there" : "a shorter step"));
     }
 }
 
@@ -51,7 +51,8 @@ std::vector<std::string> OverlapLog::small_contacts(const BodySystem& system) co
         const ContactPair& p = system.finder.pairs()[std::size_t(pair)];
         sentences.push_back(fmt::format(
             "{} and {}: the contact at ({:.4g}, {:.4g}, {:.4g}) is smaller than a face: about "
-            "{:.2g} m wide on faces of {:.2g} m. Its force may be several times too large; use faces "
+            "{:.2g} m wide on faces of {:.2g} m. Its force may be several times too large; use "
+            "faces "
             "of half its width",
             system.refs[std::size_t(p.a)].name,
             p.b >= 0 ? system.refs[std::size_t(p.b)].name
@@ -64,9 +65,10 @@ std::vector<std::string> OverlapLog::small_contacts(const BodySystem& system) co
         double worst = 0;
         for (const auto& [key, depth] : reported)
             worst = std::max(worst, depth);
-        sentences.push_back(fmt::format("{} pairs of bodies overlapped by more than they should, at "
-                                        "the worst by {:.4g} m",
-                                        reported.size(), worst));
+        sentences.push_back(
+            fmt::format("{} pairs of bodies overlapped by more than they should, at "
+                        "the worst by {:.4g} m",
+                        reported.size(), worst));
     }
     return sentences;
 }

@@ -135,7 +135,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
     deepest.b = p.b;
     deepest.obstacle = p.obstacle;
     deepest.pair = pair;
-    deepest.allowed = kAllowedOfRadius * radius;
+    deepest.allowed = deepest.silent = kAllowedOfRadius * radius;
     deepest.most = kNeverOfRadius * radius;
     out.push_back(deepest);
 }

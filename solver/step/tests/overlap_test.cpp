@@ -505,3 +505,29 @@ TEST_CASE("a body that is struck is followed through its step with restitution a
             CHECK(r.value("light_z") > 0);
         }
 }
+
+TEST_CASE("a ball of coarse facets that stands between the nodes of a coarse block is held")
+{
+    // 0.75 mm of its mesh come into one face of the block of 205 mm, less than what faces as wide
+    // leave of the ball's curvature: multipliers of the block alone see a gap on average.
+    const auto force = [](int steps) {
+        const Result r = run(
+            R"("bodies": {"round": {"kind": "solid", "mesh": {"generate": "ball", "radius": 0.123,
+                "around": 11, "element": "T4"}, "youngs_modulus": 5.7e6, "poisson_ratio": 0.19,
+                "start": {"place": [0.006765, 0.004305, 0.123]},
+                "hold": [{"set": "all", "x": 0, "y": 0, "z": [[0, 0], [1, -0.003722]]}]}, )" +
+            block("blk",
+                  R"("size": [0.615, 0.615, 0.3075], "cells": [3, 3, 2], "centre": [0, 0, -0.15375],
+                     "element": "H8")",
+                  R"({"set": "z_min"})") +
+            R"(}, "contact": [{"between": ["round", "blk"]}], )" + quasi_static(steps));
+        REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+        // 1 % of a face, or more than half of what came in is warned of.
+        CHECK(r.summary.worst_overlap.depth < 0.01 * 0.29);
+        return std::abs(r.value("blk_z_min_force_z"));
+    };
+    const double one = force(1);
+    // Hertz for a ball that overlaps by as much: more is right for facets, 0 is not.
+    CHECK(one > 0.1 * 4 / 3 * 1e6 / (1 - 0.3 * 0.3) * std::sqrt(0.123) * std::pow(0.00075, 1.5));
+    CHECK(force(3) == doctest::Approx(one).epsilon(1e-3));
+}
