@@ -32,7 +32,7 @@ struct OverlapSpot {
     double face = 0;            ///< the smaller of the touching faces, by its longest edge [m]
     double bulge = 0;           ///< of both: what flat faces leave [m]
     /// The same of the bodies without strain, where that is known: what bends around an edge is
-    /// no curved surface that its faces stand for.
+    /// no curved surface that its faces stand for [m].
     double bulge_at_rest = 0;
     double round = 0; ///< of an exact shape alone, by the least of its two curvatures [m]
     /// Of an exact shape: the least distance of the face's nodes, those that carry multipliers [m].
