@@ -185,7 +185,7 @@ TEST_CASE("collocation on a curved master: gaps and normals are those of the sph
 TEST_CASE("a node pressed in beside the end of a cylinder comes out against its own surface")
 {
     // The end is nearer than the side is deep: along its normal the node would be pushed aside.
-    const Shape cylinder = Cylinder{0.2, 0.5}; // along z
+    const RigidShape cylinder = Cylinder{0.2, 0.5}; // along z
     std::int32_t near = -1;
     for (const ElementKind kind : kKinds) {
         CAPTURE(std::string(shape_of(kind).name));

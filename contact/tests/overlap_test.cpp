@@ -349,7 +349,7 @@ TEST_CASE("places below the requested depth have no bulge, deeper ones the same"
 
 TEST_CASE("of places that are as deep under a cylinder's side round-off chooses none")
 {
-    const Shape cylinder = Cylinder{0.1, 0.06}; // along z
+    const RigidShape cylinder = Cylinder{0.1, 0.06}; // along z
     const TouchingBody block =
         box_body(ElementKind::T10, {-0.5, -0.5, -0.4}, {0.5, 0.5, 0}, {4, 4, 2});
     const FacetedSurface facets(block.surface);
