@@ -31,6 +31,8 @@ constexpr double kRowsOfRound = 1e-3;   // of a face: from here on rows may hold
 /// Of what nodes leave: the less of it, the less of the indentation they press out (measured on
 /// balls in faces of 2 to 8 half-widths, docs/theory/certificate.md).
 constexpr double kLeftByNodes = 1.5;
+/// Share of the indentation that is pressed out: less counts as next to nothing.
+constexpr double kCarried = 0.1;
 constexpr double kThinnest = 1e-3;   // of a rigid body's length: thinner ones count as lines
 constexpr double kLeastReach = 0.02; // of the smaller body: what a given reach is raised to
 // Deeper places get rows whatever the curvature: less than kNever, since places slide on within a
@@ -78,17 +80,16 @@ struct RowLimits {
     double beyond = 0;    ///< depth from which on there is one [m]
 };
 
-/// Between meshes rows leave what integrals over the faces leave on average; of a place that
-/// multipliers press out little, as between the nodes of coarse faces, as much less.
-/// @param pressed  how far strain has pressed both sides apart [m]; none in motion: enough
+/// Between meshes rows leave what integrals over the faces leave on average, and less of a place
+/// that next to nothing presses out, as between the nodes of coarse faces: there would be no force.
+/// @param pressed  how far strain has pressed both sides apart [m]; none: enough
 RowLimits between_meshes(const OverlapSpot& s, double allowed, std::optional<double> pressed)
 {
-    RowLimits limits{kMeanBulge * std::min(s.bulge, allowed), allowed};
-    if (!pressed) return limits;
-    const double left = kLeftByNodes * *pressed / (s.depth + *pressed) * s.depth;
-    limits.tolerance = std::min(limits.tolerance, left);
-    limits.beyond = std::min(allowed, std::max(kAllowedOfFace * s.face, left));
-    return limits;
+    const double mean = kMeanBulge * std::min(s.bulge, allowed);
+    if (!pressed) return {mean, allowed};
+    const double least = std::min(kAllowedOfFace * s.face, allowed);
+    const double carried = std::min(*pressed / (s.depth + *pressed) / kCarried, 1.0);
+    return {carried * mean, least + carried * (allowed - least)};
 }
 
 /// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
