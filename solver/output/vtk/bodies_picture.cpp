@@ -28,10 +28,10 @@
 #include <optional>
 #include <stdexcept>
 
-// Solids are coloured by their stress, rigid bodies each by a colour of its own. Arrows of contact
-// forces lie in a layer above, or the bodies would hide them. A plane has no end: a plate of it is
-// drawn, a little larger than the bodies, and of one that stands between them and the eye the
-// outline alone.
+// Solids are coloured by their stress, rigid bodies and wires each by a colour of its own. Arrows
+// of contact forces lie in a layer above, or the bodies would hide them. A plane has no end: a
+// plate of it is drawn, a little larger than the bodies, and of one that stands between them and
+// the eye the outline alone.
 
 namespace amontons::vtk_module {
 namespace {
@@ -43,7 +43,6 @@ constexpr double kShownEdge = 9;        // shorter edges of elements are not dra
 constexpr double kCreases = 30;         // edges sharper than this are drawn [degrees]
 constexpr double kBall = 5;             // radius of a contact [pixels]
 constexpr double kScaleHolds = 0.99;    // of the nodes: single peaks would darken the rest
-constexpr std::size_t kMostPairs = 4;   // that the legend names
 constexpr int kMostArrows = 120;        // more would hide the bodies
 constexpr double kLargestCluster = 0.1; // of the bodies' size
 constexpr double kLargestWall = 3;      // of the bodies' size: walls that are drawn whole
@@ -56,6 +55,9 @@ constexpr std::array<Vec, 8> kColours = {{{0.45, 0.60, 0.78},
                                           {0.70, 0.66, 0.55},
                                           {0.50, 0.70, 0.74},
                                           {0.80, 0.76, 0.45}}};
+
+constexpr std::array<Vec, 4> kWireColours = {
+    {{0.10, 0.20, 0.40}, {0.06, 0.34, 0.14}, {0.30, 0.14, 0.50}, {0.25, 0.22, 0.18}}};
 
 Vec cross(const Vec& a, const Vec& b)
 {
@@ -116,6 +118,8 @@ template <class Action> void for_each_body(const RenderData& result, Action&& ac
             action(body);
         for (const Poly& body : instant.rigids)
             action(body);
+        for (const Poly& wire : instant.wires)
+            action(wire);
     }
 }
 
@@ -477,6 +481,11 @@ void add_panel(vtkRenderWindow* window, const Rectangle& rectangle, const Render
         add_solid(renderer, solid, page, map.pixel);
     for (std::size_t b = 0; b < instant.rigids.size(); ++b)
         add_rigid(renderer, instant.rigids[b], kColours[b % kColours.size()]);
+    const double thinnest = 0.5 * kThinnestWire * (large ? 1 : 0.7) * map.pixel;
+    for (std::size_t w = 0; w < instant.wires.size(); ++w)
+        if (instant.wires[w]->GetNumberOfPoints() > 1)
+            renderer->AddActor(wire_actor(instant.wires[w], thinnest,
+                                          kWireColours[w % kWireColours.size()], nullptr));
     if (large) add_length_bar(renderer, page.view, rectangle, map);
     renderer->AddViewProp(
         text_actor(instant.caption, letters, 30, rectangle.height() - 0.6 * letters));
@@ -508,21 +517,10 @@ vtkSmartPointer<vtkRenderer> bodies_legend(const Rectangle& rectangle, const Ren
                    unit + ".\n";
     }
     if (page.contacts.largest_force > 0) {
-        const std::vector<std::string> pairs = pair_names(result, page.contacts.clusters);
-        // By the names of history.csv: A_on_B is what A exerts on B.
-        const bool named = !pairs.empty() && pairs.size() <= kMostPairs;
-        add_scale(renderer, rectangle, page.force,
-                  pairs.size() == 1 ? "Contact force " + pairs[0] + " [N]"
-                  : named           ? "Contact force [N]"
-                                    : "Contact force on the first body [N]",
-                  top);
+        const ForceWords words = force_words(result, page.contacts);
+        add_scale(renderer, rectangle, page.force, words.title, top);
         top -= 0.32;
-        for (const std::string& pair : pairs)
-            if (named && pairs.size() > 1)
-                note += (&pair == &pairs.front() ? "Forces: " : ", ") + pair;
-        if (named && pairs.size() > 1) note += ".\n";
-        note += "An arrow is the sum of the contacts within " + length_text(page.contacts.cluster) +
-                ".";
+        note += words.note;
     } else {
         vtkIdType most = 0;
         for (const Instant& instant : result.instants) {

@@ -26,6 +26,7 @@
 #include <vtkSphereSource.h>
 #include <vtkTextActor.h>
 #include <vtkTextProperty.h>
+#include <vtkTubeFilter.h>
 #include <vtkUnsignedCharArray.h>
 
 #include <algorithm>
@@ -105,6 +106,43 @@ vtkSmartPointer<vtkActor> wall_actor(const Poly& wall, const View& view)
     return actor;
 }
 
+vtkSmartPointer<vtkActor> wire_actor(const Poly& wire, double thinnest, const Vec& colour,
+                                     const Scale* curvature)
+{
+    vtkNew<vtkPolyData> line;
+    line->ShallowCopy(wire);
+    vtkDataArray* own = wire->GetPointData()->GetArray("radius");
+    vtkNew<vtkDoubleArray> radius;
+    radius->SetName("drawn_radius");
+    radius->SetNumberOfTuples(line->GetNumberOfPoints());
+    for (vtkIdType i = 0; i < line->GetNumberOfPoints(); ++i)
+        radius->SetValue(i, std::max(thinnest, own ? own->GetTuple1(i) : 0.0));
+    line->GetPointData()->AddArray(radius);
+    line->GetPointData()->SetActiveScalars("drawn_radius");
+
+    vtkNew<vtkTubeFilter> tube;
+    tube->SetInputData(line);
+    tube->SetVaryRadiusToVaryRadiusByAbsoluteScalar();
+    tube->SetNumberOfSides(20);
+    tube->CappingOn();
+    vtkNew<vtkPolyDataMapper> mapper;
+    mapper->SetInputConnection(tube->GetOutputPort());
+    if (curvature && wire->GetPointData()->HasArray("curvature")) {
+        mapper->SetScalarModeToUsePointFieldData();
+        mapper->SelectColorArray("curvature");
+        mapper->SetLookupTable(table_of(*curvature));
+        mapper->UseLookupTableScalarRangeOn();
+    } else {
+        mapper->ScalarVisibilityOff();
+    }
+    auto actor = vtkSmartPointer<vtkActor>::New();
+    actor->SetMapper(mapper);
+    actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
+    actor->GetProperty()->SetAmbient(0.5);
+    actor->GetProperty()->SetDiffuse(0.5);
+    return actor;
+}
+
 void add_contacts(vtkRenderer* renderer, const std::vector<Cluster>& clusters, double ball,
                   double arrow_per_newton, const Scale& scale)
 {
@@ -157,6 +195,25 @@ void add_contacts(vtkRenderer* renderer, const std::vector<Cluster>& clusters, d
     arrow->SetShaftResolution(24);
     arrow->SetTipResolution(32);
     add(arrow, true, arrow_per_newton);
+}
+
+ForceWords force_words(const RenderData& result, const Contacts& contacts)
+{
+    constexpr std::size_t kMostPairs = 4; // that the legend names
+    const std::vector<std::string> pairs = pair_names(result, contacts.clusters);
+    // By the names of history.csv: A_on_B is what A exerts on B.
+    const bool named = !pairs.empty() && pairs.size() <= kMostPairs;
+    ForceWords words;
+    words.title = pairs.size() == 1 ? "Contact force " + pairs[0] + " [N]"
+                  : named           ? "Contact force [N]"
+                                    : "Contact force on the first body [N]";
+    for (const std::string& pair : pairs)
+        if (named && pairs.size() > 1)
+            words.note += (&pair == &pairs.front() ? "Forces: " : ", ") + pair;
+    if (!words.note.empty()) words.note += ".\n";
+    words.note +=
+        "An arrow is the sum of the contacts within " + length_text(contacts.cluster) + ".";
+    return words;
 }
 
 vtkSmartPointer<vtkTextActor> text_actor(const std::string& text, int size, double x, double y)

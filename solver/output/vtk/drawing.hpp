@@ -13,7 +13,8 @@ class vtkTextActor;
 
 namespace amontons::vtk_module {
 
-constexpr int kOversampling = 2; // drawn larger, then averaged: smooth edges
+constexpr int kOversampling = 2;    // drawn larger, then averaged: smooth edges
+constexpr double kThinnestWire = 7; // drawn at least this wide, large panel [pixels]
 constexpr Vec kInk = {0.1, 0.1, 0.1};
 
 /// A scale from 0 to `largest`, rounded up so that it has up to six round steps.
@@ -34,6 +35,18 @@ Scale make_force_scale(double largest);
 /// is the same everywhere, so the order in which layers are blended does not matter and no
 /// depth peeling is needed.
 vtkSmartPointer<vtkActor> wall_actor(const Poly& wall, const View& view);
+
+/// A tube as thick as the wire, or as `thinnest` [m] where that is more.
+/// @param curvature  colours it by its curvature, in place of `colour`; null: does not
+vtkSmartPointer<vtkActor> wire_actor(const Poly& wire, double thinnest, const Vec& colour,
+                                     const Scale* curvature);
+
+/// What the legend writes of contacts that are drawn by pair.
+struct ForceWords {
+    std::string title, note;
+};
+
+ForceWords force_words(const RenderData& result, const Contacts& contacts);
 
 /// A ball at each cluster and an arrow along its force, both coloured by it.
 void add_contacts(vtkRenderer* renderer, const std::vector<Cluster>& clusters, double ball,

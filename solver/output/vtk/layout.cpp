@@ -71,8 +71,10 @@ View choose_view(const RenderData& result, Contacts& contacts)
 
     contacts.cluster = round_down(kClusterOfSize * view.size);
     contacts.arrow = kArrowOfSize * view.size;
+    const bool by_pair = !touch_walls_alone(result);
     for (const Instant& instant : result.instants) {
-        contacts.clusters.push_back(cluster_contacts(instant.contacts, 0.5 * contacts.cluster));
+        contacts.clusters.push_back(
+            cluster_contacts(instant.contacts, 0.5 * contacts.cluster, by_pair));
         for (const Cluster& cluster : contacts.clusters.back())
             contacts.largest_force = std::max(contacts.largest_force, cluster.magnitude);
     }

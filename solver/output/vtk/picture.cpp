@@ -6,8 +6,6 @@
 
 #include <vtkActor.h>
 #include <vtkDataArray.h>
-#include <vtkDoubleArray.h>
-#include <vtkLookupTable.h>
 #include <vtkNew.h>
 #include <vtkPointData.h>
 #include <vtkPolyData.h>
@@ -16,61 +14,58 @@
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
 #include <vtkSmartPointer.h>
+#include <vtkSphereSource.h>
 #include <vtkTextActor.h>
-#include <vtkTubeFilter.h>
+#include <vtkTextProperty.h>
 
 #include <algorithm>
+#include <array>
 #include <cstdio>
 #include <stdexcept>
 
 // A page of four panels: the end of the run large, three earlier instants small beside it, and
 // a legend. All panels share the camera, along the thinnest axis of the walls' box, and the
-// colour scales: blue is the wire's curvature, yellow to red the force of its contacts.
+// colour scales: a wire is the darker the more it is bent, each of a few has a hue of its own;
+// yellow to red is the force of contacts.
 
 namespace {
 
 using namespace amontons::vtk_module;
 
-constexpr double kThinnestWire = 7; // drawn at least this wide, large panel [pixels]
+constexpr double kTip = 1.5;         // radius of the ball at an instrument's tip, in the wire's
+constexpr std::size_t kMostHues = 4; // more wires have all the same
+using Ramp = std::vector<Vec>;
+const std::array<Ramp, kMostHues> kHues = {
+    {{{0.56, 0.76, 0.88}, {0.26, 0.57, 0.78}, {0.13, 0.32, 0.62}, {0.03, 0.10, 0.30}},
+     {{0.68, 0.86, 0.60}, {0.40, 0.70, 0.36}, {0.17, 0.48, 0.20}, {0.04, 0.26, 0.10}},
+     {{0.80, 0.74, 0.90}, {0.61, 0.48, 0.78}, {0.42, 0.25, 0.62}, {0.20, 0.08, 0.38}},
+     {{0.82, 0.80, 0.74}, {0.62, 0.59, 0.52}, {0.42, 0.39, 0.33}, {0.22, 0.20, 0.16}}}};
+const Ramp kGrey = {{0.86, 0.86, 0.86}, {0.64, 0.64, 0.64}, {0.40, 0.40, 0.40}, {0.16, 0.16, 0.16}};
 
 struct Scales {
-    Scale curvature, force;
+    std::vector<Scale> curvature; ///< of each wire: its own hue, one length of all
+    Scale force;
+    bool hues = false; ///< wires are told apart
+    bool tips = false; ///< wires are instruments, which have one
 };
 
-/// @param thinnest  smallest radius to draw [m]
-vtkSmartPointer<vtkActor> wire_actor(const Poly& wire, double thinnest, const Scales& scales)
+/// A ball at the last point of a wire.
+vtkSmartPointer<vtkActor> tip_actor(const Poly& wire, double thinnest, const Vec& colour)
 {
-    vtkNew<vtkPolyData> line;
-    line->ShallowCopy(wire);
+    const vtkIdType last = wire->GetNumberOfPoints() - 1;
     vtkDataArray* own = wire->GetPointData()->GetArray("radius");
-    vtkNew<vtkDoubleArray> radius;
-    radius->SetName("drawn_radius");
-    radius->SetNumberOfTuples(line->GetNumberOfPoints());
-    for (vtkIdType i = 0; i < line->GetNumberOfPoints(); ++i)
-        radius->SetValue(i, std::max(thinnest, own ? own->GetTuple1(i) : 0.0));
-    line->GetPointData()->AddArray(radius);
-    line->GetPointData()->SetActiveScalars("drawn_radius");
-
-    vtkNew<vtkTubeFilter> tube;
-    tube->SetInputData(line);
-    tube->SetVaryRadiusToVaryRadiusByAbsoluteScalar();
-    tube->SetNumberOfSides(20);
-    tube->CappingOn();
+    vtkNew<vtkSphereSource> ball;
+    ball->SetCenter(wire->GetPoint(last));
+    ball->SetRadius(kTip * std::max(thinnest, own ? own->GetTuple1(last) : 0.0));
+    ball->SetThetaResolution(24);
+    ball->SetPhiResolution(16);
     vtkNew<vtkPolyDataMapper> mapper;
-    mapper->SetInputConnection(tube->GetOutputPort());
-    if (wire->GetPointData()->HasArray("curvature")) {
-        mapper->SetScalarModeToUsePointFieldData();
-        mapper->SelectColorArray("curvature");
-        mapper->SetLookupTable(table_of(scales.curvature));
-        mapper->UseLookupTableScalarRangeOn();
-    } else {
-        mapper->ScalarVisibilityOff();
-    }
+    mapper->SetInputConnection(ball->GetOutputPort());
     auto actor = vtkSmartPointer<vtkActor>::New();
     actor->SetMapper(mapper);
-    actor->GetProperty()->SetColor(0.1, 0.2, 0.4);
-    actor->GetProperty()->SetAmbient(0.5);
-    actor->GetProperty()->SetDiffuse(0.5);
+    actor->GetProperty()->SetColor(colour[0], colour[1], colour[2]);
+    actor->GetProperty()->SetAmbient(0.6);
+    actor->GetProperty()->SetDiffuse(0.4);
     return actor;
 }
 
@@ -91,18 +86,14 @@ vtkSmartPointer<vtkRenderer> panel(const Rectangle& rectangle, const RenderData&
         faces->SetLines(nullptr);
         renderer->AddActor(wall_actor(faces, view));
     }
-    for (const Poly& body : instant.rigids) {
-        vtkNew<vtkPolyDataMapper> mapper;
-        mapper->SetInputData(body);
-        mapper->ScalarVisibilityOff();
-        vtkNew<vtkActor> actor;
-        actor->SetMapper(mapper);
-        actor->GetProperty()->SetColor(0.62, 0.62, 0.58);
-        renderer->AddActor(actor);
-    }
     const double thinnest = 0.5 * kThinnestWire * (large ? 1 : 0.7) * map.pixel;
-    for (const Poly& wire : instant.wires)
-        if (wire->GetNumberOfPoints() > 1) renderer->AddActor(wire_actor(wire, thinnest, scales));
+    for (std::size_t w = 0; w < instant.wires.size(); ++w) {
+        const Poly& wire = instant.wires[w];
+        if (wire->GetNumberOfPoints() < 2) continue;
+        const Scale& curvature = scales.curvature[std::min(w, scales.curvature.size() - 1)];
+        renderer->AddActor(wire_actor(wire, thinnest, curvature.stops.back(), &curvature));
+        if (scales.tips) renderer->AddActor(tip_actor(wire, thinnest, curvature.stops.back()));
+    }
     if (!contacts.clusters[which].empty())
         add_contacts(renderer, contacts.clusters[which], 1.8 * thinnest,
                      contacts.arrow / contacts.largest_force, scales.force);
@@ -129,16 +120,37 @@ vtkSmartPointer<vtkRenderer> wires_legend(const Layout& layout, const RenderData
                                           const Scales& scales)
 {
     auto renderer = renderer_of(layout.legend);
-    add_scale(renderer, layout.legend, scales.force, "Contact force on the wall [N]", 0.90);
-    add_scale(renderer, layout.legend, scales.curvature, "Curvature of the wire [1/m]", 0.56);
-    std::string note =
-        "An arrow is the sum of the contacts within " + length_text(contacts.cluster) + ".";
+    ForceWords words = force_words(result, contacts);
+    if (touch_walls_alone(result)) words.title = "Contact force on the wall [N]";
+    add_scale(renderer, layout.legend, scales.force, words.title, 0.90);
+    std::string note = words.note;
+    double below = 0.24;
+    if (scales.hues) {
+        Scale grey = scales.curvature.front();
+        grey.stops = kGrey;
+        add_scale(renderer, layout.legend, grey, "Curvature [1/m]", 0.56);
+        double x = 0.07 * layout.legend.width();
+        const std::vector<std::string>& names = result.instants.front().wire_names;
+        for (std::size_t w = 0; w < names.size(); ++w) {
+            const auto text = text_actor(names[w], kText, x, below * layout.legend.height());
+            const Vec& colour = scales.curvature[w].stops[2];
+            text->GetTextProperty()->SetColor(colour[0], colour[1], colour[2]);
+            text->GetTextProperty()->BoldOn();
+            renderer->AddViewProp(text);
+            x += 0.65 * kText * static_cast<double>(names[w].size() + 2);
+        }
+        below -= 1.3 * kText / layout.legend.height();
+    } else {
+        add_scale(renderer, layout.legend, scales.curvature.front(), "Curvature of the wire [1/m]",
+                  0.56);
+    }
+    if (scales.tips) note += " A ball is a tip.";
     const double pixel = fit(view, layout.panels[0], true).pixel;
     const double thicker = thickening(result, 0.5 * kThinnestWire * pixel);
     if (thicker > 1.05)
         note += "\nThe wire is drawn " + number("%.2g", thicker) + " times as thick as it is.";
     renderer->AddViewProp(
-        text_actor(note, kText, 0.07 * layout.legend.width(), 0.24 * layout.legend.height()));
+        text_actor(note, kText, 0.07 * layout.legend.width(), below * layout.legend.height()));
     return renderer;
 }
 
@@ -153,12 +165,23 @@ void add_wires_page(vtkRenderWindow* window, const RenderData& result)
             if (vtkDataArray* curvature = wire->GetPointData()->GetArray("curvature"))
                 if (curvature->GetNumberOfTuples() > 0)
                     largest_curvature = std::max(largest_curvature, curvature->GetRange(-1)[1]);
-    const Scales scales{
-        make_scale({{0.56, 0.76, 0.88}, {0.26, 0.57, 0.78}, {0.13, 0.32, 0.62}, {0.03, 0.1, 0.3}},
-                   largest_curvature),
-        make_force_scale(contacts.largest_force)};
-    for (std::size_t i = 0; i < layout.panels.size(); ++i)
+    const std::size_t wires = result.instants.front().wires.size();
+    Scales scales;
+    scales.hues = wires > 1 && wires <= kMostHues;
+    scales.tips = touch_walls_alone(result);
+    scales.force = make_force_scale(contacts.largest_force);
+    for (std::size_t w = 0; w < (scales.hues ? wires : 1); ++w)
+        scales.curvature.push_back(make_scale(kHues[w], largest_curvature));
+    std::vector<double> shown; // a short run has fewer than four frames
+    for (std::size_t i = 0; i < layout.panels.size(); ++i) {
+        const double time = result.instants[i].time;
+        if (std::find(shown.begin(), shown.end(), time) != shown.end()) {
+            window->AddRenderer(renderer_of(layout.panels[i])); // or it would be black
+            continue;
+        }
+        shown.push_back(time);
         window->AddRenderer(panel(layout.panels[i], result, i, view, contacts, scales));
+    }
     window->AddRenderer(wires_legend(layout, result, view, contacts, scales));
 }
 
@@ -172,10 +195,10 @@ void write_picture(const std::filesystem::path& folder, const std::filesystem::p
     window->SetShowWindow(false);
     window->SetMultiSamples(0);
     window->SetAlphaBitPlanes(true);
-    if (result.instants.front().wires.empty())
-        add_bodies_page(window, result);
-    else
+    if (holds_wires_alone(result))
         add_wires_page(window, result);
+    else
+        add_bodies_page(window, result);
     write_page(window, png);
 }
 

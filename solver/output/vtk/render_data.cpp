@@ -91,14 +91,16 @@ Instant read_instant(const Collections& collections, double time, std::vector<Po
                 continue;
             }
             const Poly data = read_or_throw(frame.file);
-            if (data->GetPointData()->HasArray("force"))
+            if (data->GetPointData()->HasArray("force")) {
                 instant.contacts.push_back(data);
-            else if (data->GetNumberOfLines() > 0)
+            } else if (data->GetNumberOfLines() > 0) {
                 instant.wires.push_back(data);
-            else if (is_rigid_body(data))
+                instant.wire_names.push_back(frame.name);
+            } else if (is_rigid_body(data)) {
                 instant.rigids.push_back(data);
-            else if (is_wall(data))
+            } else if (is_wall(data)) {
                 walls.push_back(data);
+            }
         }
     }
     return instant;
@@ -208,6 +210,25 @@ std::vector<std::string> words_of(const Poly& data, const char* name)
 }
 
 } // namespace
+
+bool holds_wires_alone(const RenderData& result)
+{
+    const Instant& last = result.instants.front();
+    const auto is_vessel = [](const Poly& solid) {
+        return solid->GetPointData()->HasArray("contact_force") != 0;
+    };
+    return !last.wires.empty() && last.rigids.empty() &&
+           std::all_of(last.solids.begin(), last.solids.end(), is_vessel);
+}
+
+bool touch_walls_alone(const RenderData& result)
+{
+    for (const Instant& instant : result.instants)
+        for (const Poly& data : instant.contacts)
+            for (const std::string& kind : words_of(data, "body_kinds"))
+                if (kind == "rod") return false;
+    return true;
+}
 
 std::vector<std::string> pair_names(const RenderData& result,
                                     const std::vector<std::vector<Cluster>>& clusters)

@@ -30,8 +30,9 @@ struct Cluster {
 struct Instant {
     double time = 0; ///< [s]
     std::vector<Poly> wires;
-    std::vector<Poly> solids; ///< their outer surfaces; lines are edges of elements
-    std::vector<Poly> rigids; ///< closed surfaces
+    std::vector<std::string> wire_names; ///< of each; "" where the files do not name it
+    std::vector<Poly> solids;            ///< their outer surfaces; lines are edges of elements
+    std::vector<Poly> rigids;            ///< closed surfaces
     std::vector<Poly> contacts;
     std::string caption; ///< time, and from history.csv depth and push force
 };
@@ -52,6 +53,12 @@ RenderData read_result(const std::filesystem::path& folder);
 ///                 first; else those of wires on walls alone, not of wires in one another
 std::vector<Cluster> cluster_contacts(const std::vector<Poly>& contacts, double radius,
                                       bool by_pair = false);
+
+/// True if wires, and walls rigid or compliant that they touch, are all that there is.
+bool holds_wires_alone(const RenderData& result);
+
+/// True unless rods are among the bodies: instruments press on walls, rods on one another, too.
+bool touch_walls_alone(const RenderData& result);
 
 /// "B_on_A" of each pair (A, B) of clusters, as the columns of history.csv are called; empty if the
 /// files name no bodies.

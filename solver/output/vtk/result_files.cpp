@@ -56,6 +56,7 @@ std::vector<Frame> read_collection(const std::filesystem::path& pvd, std::string
         }
         Frame frame;
         entry->GetScalarAttribute("timestep", frame.time);
+        if (const char* name = entry->GetAttribute("name")) frame.name = name;
         frame.file = pvd.parent_path() / file;
         frames.push_back(frame);
     }

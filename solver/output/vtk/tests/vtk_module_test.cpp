@@ -7,6 +7,7 @@
 #include <vtkNew.h>
 #include <vtkPNGReader.h>
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdlib>
@@ -212,6 +213,53 @@ Colours colours_of(const fs::path& png, double part)
     return count;
 }
 
+const std::vector<std::string> kFrames = {"0", "1", "2", "3", "4"};
+
+/// A file of contacts between rods: what the kinds of bodies are.
+std::string of_rods(std::string file)
+{
+    const std::string kinds = // rod, rod
+        R"(<FieldData><Array type="String" Name="body_kinds" NumberOfTuples="2" format="ascii">)"
+        "114 111 100 0 114 111 100 0</Array></FieldData>";
+    return file.insert(file.find("<Piece"), kinds);
+}
+
+/// Where pixels of a kind are in the large panel, on an average, from below.
+struct Mean {
+    long pixels = 0;
+    double y = 0;
+};
+struct Means {
+    Mean blue, green, red;
+};
+
+Means means_of(const fs::path& png)
+{
+    vtkNew<vtkPNGReader> reader;
+    reader->SetFileName(png.c_str());
+    reader->Update();
+    vtkImageData* image = reader->GetOutput();
+    const int* size = image->GetDimensions();
+    Means means;
+    for (int y = 4 * size[1] / 10; y < size[1]; ++y)
+        for (int x = 0; x < size[0]; ++x) {
+            const auto* rgb = static_cast<const unsigned char*>(image->GetScalarPointer(x, y, 0));
+            Mean* of = nullptr;
+            if (rgb[2] > rgb[0] + 40 && rgb[2] > rgb[1] + 20)
+                of = &means.blue;
+            else if (rgb[1] > rgb[0] + 25 && rgb[1] > rgb[2] + 25)
+                of = &means.green;
+            else if (rgb[0] > rgb[2] + 90)
+                of = &means.red;
+            if (!of) continue;
+            ++of->pixels;
+            of->y += y;
+        }
+    for (Mean* m : {&means.blue, &means.green, &means.red})
+        m->y /= static_cast<double>(std::max(1L, m->pixels));
+    return means;
+}
+
 } // namespace
 
 TEST_CASE("a picture shows the wire, and contact forces if there are any" *
@@ -237,6 +285,82 @@ TEST_CASE("a picture shows the wire, and contact forces if there are any" *
     REQUIRE(module().render(folder.path, png) == "");
     CHECK(colours_of(png, 0.6).red == 0);
     CHECK(colours_of(png, 0.6).blue > 2000);
+}
+
+TEST_CASE("a few wires have each a hue of their own and instruments a ball at the tip" *
+          doctest::test_suite("slow"))
+{
+    if (no_screen()) return;
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    write_run(folder, false);
+    REQUIRE(module().render(folder.path, png) == "");
+    const Means one = means_of(png);
+    std::vector<std::array<double, 3>> line;
+    for (int i = 0; i <= 10; ++i)
+        line.push_back({-1 + 0.2 * i, 0, 0.6 - 0.04 * i});
+    folder.write("other.vtp",
+                 vtp(line, "Lines",
+                     array("radius", repeated(0.02, 11)) + array("curvature", repeated(1, 11))));
+    std::string frames;
+    for (const std::string& n : kFrames) // the second wire is a part of the file
+        frames += "<DataSet timestep=\"" + n + "\" name=\"wire\" file=\"wire" + n +
+                  ".vtp\"/><DataSet timestep=\"" + n + "\" name=\"sheath\" file=\"other.vtp\"/>";
+    folder.write("run.pvd", R"(<VTKFile type="Collection" version="0.1"><Collection>)" + frames +
+                                "</Collection></VTKFile>");
+    REQUIRE(module().render(folder.path, png) == "");
+    const Means two = means_of(png);
+    CHECK(one.green.pixels == 0);
+    CHECK(two.green.pixels > 5000);
+    CHECK(two.blue.pixels > 0.5 * static_cast<double>(one.blue.pixels));
+
+    // rods have no tip
+    for (const std::string& n : kFrames)
+        folder.write("contact" + n + ".vtp",
+                     of_rods(vtp({{0, 0, 0}}, "Verts", array("force", "0 0 0", 3))));
+    REQUIRE(module().render(folder.path, png) == "");
+    CHECK(means_of(png).green.pixels < two.green.pixels - 500);
+}
+
+TEST_CASE("forces between rods are those on the first one and are not called those on a wall" *
+          doctest::test_suite("slow"))
+{
+    if (no_screen()) return;
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    write_run(folder, false);
+    for (const double up : {1.0, -1.0}) {
+        std::string contact = vtp({{0, 0, 0.2}}, "Verts",
+                                  array("force", "0 0 " + std::to_string(up), 3) +
+                                      array("body_a", "0") + array("body_b", "1"));
+        for (const std::string& n : kFrames)
+            folder.write("contact" + n + ".vtp", of_rods(contact));
+        REQUIRE(module().render(folder.path, png) == "");
+        const Means m = means_of(png);
+        CHECK(m.red.pixels > 500);
+        CHECK((m.red.y > m.blue.y) == (up > 0));
+    }
+}
+
+TEST_CASE("a rod among rigid bodies does not hide what they are" * doctest::test_suite("slow"))
+{
+    if (no_screen()) return;
+    const Folder folder;
+    const fs::path png = folder.path / "run.png";
+    write_bodies(folder, 2e6, 2, 1);
+    REQUIRE(module().render(folder.path, png) == "");
+    const Means without = means_of(png);
+    folder.write("rod.vtp", vtp({{0, 0, 1.1}, {1, 0, 1.1}}, "Lines", array("radius", "0.03 0.03")));
+    std::string frames;
+    for (const std::string& n : kFrames)
+        for (const std::string& file :
+             std::vector<std::string>{"rod.vtp", "rigid" + n + ".vtp", "cube.vtu", "ground.vtp"})
+            frames += "<DataSet timestep=\"" + n + "\" file=\"" + file + "\"/>";
+    folder.write("run.pvd", R"(<VTKFile type="Collection" version="0.1"><Collection>)" + frames +
+                                "</Collection></VTKFile>");
+    REQUIRE(module().render(folder.path, png) == "");
+    const Means with = means_of(png); // the cube's stress is blue, the rigid body yellow
+    CHECK(with.blue.pixels > 0.8 * static_cast<double>(without.blue.pixels));
 }
 
 TEST_CASE("a run in millimetres gives the picture of the same run in metres" *
