@@ -3,6 +3,7 @@
 #include "contact/rigid/shape_surface.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <limits>
 #include <numbers>
@@ -157,10 +158,10 @@ ShapeOverlap of_ellipsoid(const Ellipsoid& e, const Pose& pose, const Distance& 
 }
 
 ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
-                      const BoundingBox& near)
+                      const BoundingBox& near, Inside inside)
 {
     std::vector<OverlapSpot> spots;
-    overlap_spots(surface, distance, near, spots, kDepthsAlone);
+    overlap_spots(surface, distance, near, spots, kDepthsAlone, inside);
     ShapeOverlap o;
     for (const OverlapSpot& s : spots)
         keep_deepest(o, s.point, -s.depth);
@@ -219,10 +220,67 @@ struct BoxFaces {
     BoxFaces() : surface(surface_of_triangles(surface_of(Box{}))), facets(surface) {}
 };
 
+std::array<Vec3, 8> corners_of(const Box& box, const Pose& pose)
+{
+    std::array<Vec3, 8> corners;
+    for (int i = 0; i < 8; ++i)
+        corners[std::size_t(i)] =
+            pose.place + pose.turn * Vec3((i & 1 ? 1 : -1) * box.half_extents.x(),
+                                          (i & 2 ? 1 : -1) * box.half_extents.y(),
+                                          (i & 4 ? 1 : -1) * box.half_extents.z());
+    return corners;
+}
+
+ShapeOverlap of_box(const Box& box, const Pose& pose, const Distance& distance,
+                    const BoundingBox& near, Inside inside)
+{
+    static const BoxFaces faces;
+    const std::array<Vec3, 8> corners = corners_of(box, pose);
+    if (inside == Inside::convex) {
+        // Of boxes that rest on something flat a tangent plane at a corner excludes all the rest.
+        std::array<WallSample, 8> at;
+        for (std::size_t i = 0; i < 8; ++i)
+            at[i] = distance(corners[i]);
+        ShapeOverlap o;
+        for (const FacetedSurface::Triangle& t : faces.facets.triangles())
+            for (const std::int32_t n : t.nodes)
+                keep_deepest(o, corners[std::size_t(n)], at[std::size_t(n)].distance);
+        if (least_by_tangents(corners, at) >= -o.depth - kNoDeeper * box.half_extents.maxCoeff())
+            return o;
+    }
+    return of_faces({faces.facets, corners}, distance, near, inside);
+}
+
 } // namespace
 
+ShapeOverlap deepest_below(const RigidShape& shape, const Pose& pose, const Vec3& place,
+                           const Vec3& normal)
+{
+    ShapeOverlap o;
+    const auto keep = [&](const Vec3& x) { keep_deepest(o, x, normal.dot(x - place)); };
+    const Vec3 down = pose.turn.conjugate() * -normal; // in the shape's frame
+    const auto in_space = [&](const Vec3& x) -> Vec3 { return pose.place + pose.turn * x; };
+    if (const auto* ball = std::get_if<Ball>(&shape)) {
+        keep(pose.place - ball->radius * normal);
+    } else if (const auto* box = std::get_if<Box>(&shape)) {
+        for (const Vec3& x : corners_of(*box, pose))
+            keep(x);
+    } else if (const auto* cylinder = std::get_if<Cylinder>(&shape)) {
+        const double across = std::hypot(down.x(), down.y());
+        const double r = across > 0 ? cylinder->radius / across : 0;
+        for (const double end : {-cylinder->half_length, cylinder->half_length})
+            keep(in_space({r * down.x(), r * down.y(), end}));
+    } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
+        for (const double end : {-capsule->half_length, capsule->half_length})
+            keep(in_space(Vec3(0, 0, end)) - capsule->radius * normal);
+    } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) {
+        keep(in_space(ellipsoid->support(down)));
+    }
+    return o;
+}
+
 ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const FacetedSurface* facets,
-                        const Distance& distance, const BoundingBox& near)
+                        const Distance& distance, const BoundingBox& near, Inside inside)
 {
     if (const auto* ball = std::get_if<Ball>(&shape)) return of_ball(*ball, pose, distance);
     if (const auto* cylinder = std::get_if<Cylinder>(&shape))
@@ -231,16 +289,8 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
         return of_capsule(*capsule, pose, distance);
     if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape))
         return of_ellipsoid(*ellipsoid, pose, distance);
-    std::vector<Vec3> places;
-    if (const auto* box = std::get_if<Box>(&shape)) {
-        static const BoxFaces faces;
-        for (int i = 0; i < 8; ++i)
-            places.push_back(pose.place +
-                             pose.turn * Vec3((i & 1 ? 1 : -1) * box->half_extents.x(),
-                                              (i & 2 ? 1 : -1) * box->half_extents.y(),
-                                              (i & 4 ? 1 : -1) * box->half_extents.z()));
-        return of_faces({faces.facets, places}, distance, near);
-    }
+    if (const auto* box = std::get_if<Box>(&shape))
+        return of_box(*box, pose, distance, near, inside);
     const auto* triangles = std::get_if<TriangleShape>(&shape);
     if (!triangles || !facets) return {};
     // In the body's own frame, where its triangles are known.
@@ -253,7 +303,7 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
     };
     std::vector<OverlapSpot> spots;
     overlap_spots({*facets, triangles->mesh.points}, own,
-                  triangles_inside(*triangles, pose, own, near), spots, kDepthsAlone);
+                  triangles_inside(*triangles, pose, own, near), spots, kDepthsAlone, inside);
     ShapeOverlap o;
     for (const OverlapSpot& s : spots)
         keep_deepest(o, pose.place + pose.turn * s.point, -s.depth);

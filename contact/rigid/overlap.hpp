@@ -22,8 +22,14 @@ struct ShapeOverlap {
 /// @param facets    of a TriangleShape: its triangles; not used for others
 /// @param distance  from the other body, < 0 inside
 /// @param near      a box around it
+/// @param inside    of the other body
 ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const FacetedSurface* facets,
                         const std::function<WallSample(const Vec3&)>& distance,
-                        const BoundingBox& near);
+                        const BoundingBox& near, Inside inside = Inside::any);
+
+/// Of a shape in a half-space, exactly; nothing for triangles.
+/// @param place, normal  of its plane: a point [m]; unit, out of it
+ShapeOverlap deepest_below(const RigidShape& shape, const Pose& pose, const Vec3& place,
+                           const Vec3& normal);
 
 } // namespace amontons

@@ -579,8 +579,21 @@ struct DeepestPlace {
 
 } // namespace
 
+double least_by_tangents(std::span<const Vec3> points, std::span<const WallSample> at)
+{
+    double least = -std::numeric_limits<double>::infinity();
+    for (std::size_t k = 0; k < points.size(); ++k) {
+        double below = 0;
+        for (const Vec3& x : points)
+            below = std::min(below, at[k].normal.dot(x - points[k]));
+        least = std::max(least, at[k].distance + below);
+    }
+    return least;
+}
+
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
-                   const BoundingBox& near, std::vector<OverlapSpot>& spots, const Shallow& shallow)
+                   const BoundingBox& near, std::vector<OverlapSpot>& spots, const Shallow& shallow,
+                   Inside inside)
 {
     const ExternalSurface& surface = a.facets.surface();
     std::vector<std::int32_t> faces;
@@ -590,12 +603,12 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
             box.add(a.places[std::size_t(n)]);
         if (box.touches(near)) faces.push_back(std::int32_t(f));
     }
-    overlap_spots(a, distance, faces, spots, shallow);
+    overlap_spots(a, distance, faces, spots, shallow, inside);
 }
 
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
                    std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots,
-                   const Shallow& shallow)
+                   const Shallow& shallow, Inside inside)
 {
     const ExternalSurface& surface = a.facets.surface();
     for (const std::int32_t number : faces) {
@@ -611,8 +624,9 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         DeepestPlace deepest{face, distance, std::numeric_limits<double>::infinity(), {}};
         deepest.size = longest_edge(surface, f, a.places);
         double node_gap = std::numeric_limits<double>::infinity();
+        std::array<WallSample, kMostSolidFaceNodes> at_node;
         for (std::size_t k = 0; k < nodes.size(); ++k) {
-            const WallSample s = distance(face.node[k]);
+            const WallSample& s = at_node[k] = distance(face.node[k]);
             if (nodes.size() != 6 || k >= 3) node_gap = std::min(node_gap, s.distance);
             if (!deepest.is_deeper(s.distance)) continue;
             deepest.least = s.distance;
@@ -624,8 +638,14 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
             deepest.bulges =
                 std::max(deepest.bulges,
                          (face.node[3 + k] - 0.5 * (face.node[k] + face.node[(k + 1) % 3])).norm());
-        for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
-            deepest.search(t.xi, kShallow * deepest.size, 0);
+        // Quadratic faces leave the hull of their nodes.
+        const bool known = inside == Inside::convex && nodes.size() != 6 &&
+                           least_by_tangents(std::span(face.node).first(nodes.size()),
+                                             std::span(at_node).first(nodes.size())) >=
+                               std::min(deepest.least, 0.0) - kNoDeeper * deepest.size;
+        if (!known)
+            for (const FacetedSurface::Triangle& t : a.facets.of_face(f))
+                deepest.search(t.xi, kShallow * deepest.size, 0);
         if (!(deepest.least < 0)) continue;
         OverlapSpot s;
         s.depth = -deepest.least;

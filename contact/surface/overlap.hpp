@@ -126,18 +126,33 @@ struct Shallow {
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots,
                    const Shallow& shallow = {});
 
+/// What is known of the set where a distance is < 0.
+enum class Inside {
+    any,
+    convex, ///< everything is beyond each of the distance's tangent planes
+};
+
+/// How much deeper than a place that is known something could be for the search to be made: what a
+/// tangent plane excludes beyond is rounding (of its size).
+constexpr double kNoDeeper = 1e-12;
+
 /// Places of a surface inside an exact shape, at most one of each face, the deepest there: exact to
 /// a twentieth of it for convex shapes.
 /// @param distance  from the shape, < 0 inside
 /// @param near      a box around the shape
 /// Depths below 1e-3 of a face may be left out. Cost: one sample for each face near the shape, some
-/// more where it enters the face.
+/// more where it enters the face; of a convex one those of its nodes where they show that no other
+/// place of the face is deeper.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
                    const BoundingBox& near, std::vector<OverlapSpot>& spots,
-                   const Shallow& shallow = {});
+                   const Shallow& shallow = {}, Inside inside = Inside::any);
 /// The same of some faces alone.
 void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const Vec3&)>& distance,
                    std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots,
-                   const Shallow& shallow = {});
+                   const Shallow& shallow = {}, Inside inside = Inside::any);
+
+/// A lower bound of a convex distance on the hull of some points, by the tangent planes at them.
+/// @param at  the distance at each of the points
+double least_by_tangents(std::span<const Vec3> points, std::span<const WallSample> at);
 
 } // namespace amontons

@@ -8,6 +8,7 @@
 #include <doctest/doctest.h>
 #include <limits>
 #include <numbers>
+#include <random>
 
 using namespace amontons;
 using namespace amontons::test;
@@ -206,6 +207,78 @@ TEST_CASE("rigid shapes: closed forms of how deep one stands in the other wherev
     };
     CHECK(deepest_in(bar, tilted, nullptr, plane, all_space()).depth ==
           doctest::Approx(0.004).epsilon(1e-6));
+}
+
+TEST_CASE("what is known to be convex is measured at fewer places, and as deep")
+{
+    std::mt19937 random(7);
+    std::uniform_real_distribution<double> any(-1, 1);
+    const auto pose = [&](double far) {
+        Eigen::Quaterniond q(any(random), any(random), any(random), any(random));
+        return Pose{far * Vec3(any(random), any(random), any(random)), q.normalized()};
+    };
+    const RigidShape others[] = {Box{{0.3, 0.2, 0.1}, 0}, Ball{0.2}, Cylinder{0.15, 0.2, 0},
+                                 Capsule{0.1, 0.2}, Ellipsoid{{0.3, 0.2, 0.1}}};
+    const Box box{{0.1, 0.2, 0.3}, 0};
+    int inside = 0, known = 0;
+    for (int k = 0; k < 400; ++k) {
+        const RigidShape& other = others[k % 5];
+        const bool flat = k % 3 == 0; // as one box rests on another
+        const Pose to = flat ? Pose{} : pose(0.3);
+        const Pose at = flat
+                            ? Pose{{0.1 * any(random), 0.1 * any(random), 0.4 + 1e-3 * any(random)},
+                                   Eigen::Quaterniond::Identity()}
+                            : pose(0.3);
+        int samples = 0;
+        const auto distance = [&](const Vec3& x) {
+            ++samples;
+            std::int32_t near = -1;
+            WallSample s = shape_distance(other, to.turn.conjugate() * (x - to.place), near);
+            s.normal = to.turn * s.normal;
+            return s;
+        };
+        CAPTURE(k);
+        const double whole = deepest_in(box, at, nullptr, distance, all_space()).depth;
+        const int all = std::exchange(samples, 0);
+        const double depth =
+            deepest_in(box, at, nullptr, distance, all_space(), Inside::convex).depth;
+        CHECK(std::abs(depth - whole) <= 1e-12);
+        inside += whole > 0;
+        known += samples < all;
+    }
+    CHECK(inside > 100);
+    CHECK(known > 100);
+}
+
+TEST_CASE("shapes in a half-space by their support, as deep as their surface is")
+{
+    std::mt19937 random(11);
+    std::uniform_real_distribution<double> any(-1, 1);
+    const RigidShape shapes[] = {Box{{0.3, 0.2, 0.1}, 0}, Ball{0.2}, Cylinder{0.15, 0.2, 0},
+                                 Capsule{0.1, 0.2}, Ellipsoid{{0.3, 0.2, 0.1}}};
+    int inside = 0;
+    for (int k = 0; k < 200; ++k) {
+        const Vec3 normal = Vec3(any(random), any(random), any(random)).normalized(),
+                   on = Vec3(any(random), any(random), any(random));
+        Eigen::Quaterniond q(any(random), any(random), any(random), any(random));
+        q.normalize();
+        const Pose pose{on + 0.2 * any(random) * normal + Vec3(0.1, -0.2, 0.3).cross(normal), q};
+        const auto plane = [&](const Vec3& x) {
+            WallSample s;
+            s.distance = normal.dot(x - on);
+            s.normal = normal;
+            return s;
+        };
+        CAPTURE(k);
+        const ShapeOverlap found = deepest_below(shapes[k % 5], pose, on, normal);
+        const ShapeOverlap searched = deepest_in(shapes[k % 5], pose, nullptr, plane, all_space());
+        CHECK(std::abs(found.depth - searched.depth) <= 1e-5); // of the search on an ellipsoid
+        CHECK(found.depth >= searched.depth - 1e-14);
+        if (!(found.depth > 0)) continue;
+        ++inside;
+        CHECK(std::abs(normal.dot(found.place - on) + found.depth) <= 1e-14);
+    }
+    CHECK(inside > 50);
 }
 
 TEST_CASE("how thick a body is at its thinnest, also where its faces are wide")

@@ -29,6 +29,8 @@ Vec3 mean_spin(const Mat3& inertia, const Mat3& inverse, double h, double share,
     };
     Vec3 W = guess.isZero(0) ? Vec3(inverse * sum) : guess;
     Vec3 r = residual(W);
+    // The residual is quadratic: a step s of Newton's method leaves h/2 s x I s of it.
+    const double left_by_step = 0.5 * h * inverse.norm() * inertia.norm();
     for (int i = 0; i < kMostSteps && !r.isZero(0); ++i) {
         const Mat3 slope =
             inertia + 0.5 * h * (cross_matrix(W) * inertia - cross_matrix(inertia * W + rest));
@@ -44,7 +46,8 @@ Vec3 mean_spin(const Mat3& inertia, const Mat3& inverse, double h, double share,
         if (!(left.norm() < r.norm())) break; // rounding
         W = next;
         r = left;
-        if (step.norm() <= kRounding * W.norm()) break;
+        const double length = part * step.norm(), rounding = kRounding * W.norm();
+        if (length <= rounding || (part == 1 && left_by_step * length * length <= rounding)) break;
     }
     return W;
 }

@@ -141,14 +141,16 @@ Vec3 SolidBody::turn_since_start()
     const Mat3 whole = (state_.frame.turn * first_frame_.turn.conjugate()).toRotationMatrix();
     Vec3 before = Vec3::Zero(), now = before;
     for (const std::int32_t i : nodes) {
-        before += first_[std::size_t(i)] / double(nodes.size());
-        now += state_.x[std::size_t(i)] / double(nodes.size());
+        before += first_[std::size_t(i)];
+        now += state_.x[std::size_t(i)];
     }
+    before /= double(nodes.size());
+    now /= double(nodes.size());
     // On top of the frame's own turn, so that small ones keep their digits.
     Mat3 M = Mat3::Zero();
     for (const std::int32_t i : nodes)
-        M += Vec3(whole * (first_[std::size_t(i)] - before)) *
-             (state_.x[std::size_t(i)] - now).transpose();
+        M += (first_[std::size_t(i)] - before) * (state_.x[std::size_t(i)] - now).transpose();
+    M = whole * M;
     Eigen::MatrixXd N(4, 4);
     N << M.trace(), M(1, 2) - M(2, 1), M(2, 0) - M(0, 2), M(0, 1) - M(1, 0), //
         M(1, 2) - M(2, 1), M(0, 0) - M(1, 1) - M(2, 2), M(0, 1) + M(1, 0), M(2, 0) + M(0, 2),

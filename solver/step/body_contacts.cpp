@@ -515,9 +515,9 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
 
 std::function<WallSample(const Vec3&)> distance_from(const RigidBody& body, const Placement& at)
 {
-    return [&body, at, near = std::int32_t(-1)](const Vec3& x) mutable {
+    return [&body, at, R = at.turn.toRotationMatrix(),
+            near = std::int32_t(-1)](const Vec3& x) mutable {
         WallSample s = shape_distance(body.shape(), at.turn.conjugate() * (x - at.shift), near);
-        const Mat3 R = at.turn.toRotationMatrix();
         s.normal = R * s.normal;
         if (!s.hessian.isZero(0)) s.hessian = R * s.hessian * R.transpose();
         return s;

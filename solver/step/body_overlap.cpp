@@ -123,6 +123,11 @@ double pressed_in(const SolidBody& solid, const SolidBody::Unstrained& unstraine
     return d;
 }
 
+Inside inside_of(const RigidBody& body)
+{
+    return std::holds_alternative<TriangleShape>(body.shape()) ? Inside::any : Inside::convex;
+}
+
 } // namespace
 
 double thickness_of(const BodyRef& b)
@@ -307,7 +312,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
         const auto distance = distance_from_obstacle(p);
         if (p.plane)
             overlap_spots(own, distance, faces_below(*p.plane, own, a.solid->size()), spots,
-                          shallow);
+                          shallow, Inside::convex);
         else
             overlap_spots(own, distance, everywhere(), spots, shallow);
         return keep(false);
@@ -316,7 +321,7 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (b.rigid) {
         const AxisBox box = boxes_[std::size_t(p.b)];
         overlap_spots(own, distance_from(*b.rigid, b.rigid->placement()), as_bounding(box), spots,
-                      shallow);
+                      shallow, inside_of(*b.rigid));
         return keep(false);
     }
     const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b,
@@ -374,11 +379,17 @@ std::optional<BodyOverlap> ContactFinder::overlap_with_obstacle(const std::vecto
 {
     const RigidBody& rigid = *bodies[std::size_t(p.a)].rigid;
     const Pose pose = pose_of(rigid.placement());
-    const auto distance = distance_from_obstacle(p);
-    if (distance(pose.place).distance > bounding_radius(rigid.shape())) return {};
-    auto o = overlap_of_shapes(
-        deepest_in(rigid.shape(), pose, facets_if_triangles(bodies, p.a), distance, everywhere()),
-        [&] { return thickness(bodies, p.a); });
+    const FacetedSurface* facets = facets_if_triangles(bodies, p.a);
+    ShapeOverlap deepest;
+    if (p.plane && !facets) {
+        deepest = deepest_below(rigid.shape(), pose, p.plane->place, p.plane->turn * Vec3::UnitZ());
+    } else {
+        const auto distance = distance_from_obstacle(p);
+        if (distance(pose.place).distance > bounding_radius(rigid.shape())) return {};
+        deepest = deepest_in(rigid.shape(), pose, facets, distance, everywhere(),
+                             p.plane ? Inside::convex : Inside::any);
+    }
+    auto o = overlap_of_shapes(deepest, [&] { return thickness(bodies, p.a); });
     if (!o) return {};
     o->a = p.a;
     o->obstacle = p.obstacle;
@@ -392,9 +403,10 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
     if (!one || !two) return {};
     ShapeOverlap deepest;
     const auto measure = [&](int from, const RigidBody& own, int to, const RigidBody& other) {
-        const ShapeOverlap found = deepest_in(
-            own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
-            distance_from(other, other.placement()), as_bounding(boxes_[std::size_t(to)]));
+        const ShapeOverlap found =
+            deepest_in(own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
+                       distance_from(other, other.placement()),
+                       as_bounding(boxes_[std::size_t(to)]), inside_of(other));
         if (found.depth > deepest.depth) deepest = found;
     };
     // The distance of a ball's centre is exact.
