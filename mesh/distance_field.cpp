@@ -196,40 +196,36 @@ struct DistanceField::Shared {
     std::shared_ptr<const Block> fill(const Key& key, const Vec3& origin, const Mat3& edges)
     {
         static_assert(kFieldBlock == kBrick);
-        std::vector<double> a(kBuffer * kBuffer * kBuffer), b(a.size());
+        constexpr int slice = kBuffer * kBuffer, first = kBrick - 1; // of coefficients -1 .. 5
+        std::array<double, kBuffer * slice> a;
+        std::array<double, kRow * slice> b;
+        std::array<double, kRow * kRow * kBuffer> c;
         const std::array<const Brick*, 27> bricks_of = around(key, origin, edges);
         for (int i = 0; i < 3; ++i)
             for (int j = 0; j < 3; ++j)
                 for (int k = 0; k < 3; ++k) {
-                    const Brick& from = *bricks_of[static_cast<std::size_t>(9 * i + 3 * j + k)];
+                    const double* from =
+                        bricks_of[static_cast<std::size_t>(9 * i + 3 * j + k)]->data();
+                    double* to = a.data() + kBrick * (slice * i + kBuffer * j + k);
                     for (int u = 0; u < kBrick; ++u)
-                        for (int v = 0; v < kBrick; ++v)
-                            std::copy_n(
-                                &from[static_cast<std::size_t>(kBrick * (kBrick * u + v))], kBrick,
-                                &a[static_cast<std::size_t>(
-                                    kBuffer * (kBuffer * (kBrick * i + u) + kBrick * j + v) +
-                                    kBrick * k)]);
+                        for (int v = 0; v < kBrick; ++v, from += kBrick)
+                            std::copy_n(from, kBrick, to + slice * u + kBuffer * v);
                 }
-        constexpr int first = kBrick - 1, end = first + kRow; // coefficients -1 .. 5
-        constexpr int sx = kBuffer * kBuffer, sy = kBuffer;
-        const auto pass = [&](const std::vector<double>& in, std::vector<double>& out, int stride,
-                              int j0, int j1, int k0, int k1) {
-            for (int i = first; i < end; ++i)
-                for (int j = j0; j < j1; ++j)
-                    for (int k = k0; k < k1; ++k) {
-                        const auto at = static_cast<std::size_t>(i * sx + j * sy + k);
-                        out[at] = prefilter(&in[at], stride);
-                    }
-        };
-        pass(a, b, sx, 0, kBuffer, 0, kBuffer);
-        pass(b, a, sy, first, end, 0, kBuffer);
-        pass(a, b, 1, first, end, first, end);
+        for (int i = 0; i < kRow; ++i)
+            for (int jk = 0; jk < slice; ++jk)
+                b[static_cast<std::size_t>(slice * i + jk)] =
+                    prefilter(a.data() + slice * (i + first) + jk, slice);
+        for (int i = 0; i < kRow; ++i)
+            for (int j = 0; j < kRow; ++j)
+                for (int k = 0; k < kBuffer; ++k)
+                    c[static_cast<std::size_t>(kBuffer * (kRow * i + j) + k)] =
+                        prefilter(b.data() + slice * i + kBuffer * (j + first) + k, kBuffer);
         const auto made = std::make_shared<Block>();
         made->key = key;
-        double* c = made->c.data();
-        for (int i = first; i < end; ++i)
-            for (int j = first; j < end; ++j, c += kRow)
-                std::copy_n(&b[static_cast<std::size_t>(i * sx + j * sy + first)], kRow, c);
+        for (int ij = 0; ij < kRow * kRow; ++ij)
+            for (int k = 0; k < kRow; ++k)
+                made->c[static_cast<std::size_t>(kRow * ij + k)] =
+                    prefilter(c.data() + kBuffer * ij + k + first, 1);
         return made;
     }
 

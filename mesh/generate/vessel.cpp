@@ -3,7 +3,7 @@
 #include "mesh/base/error.hpp"
 #include "mesh/base/text.hpp"
 #include "mesh/generate/trim_openings.hpp"
-#include "mesh/generate/vessel_shape.hpp"
+#include "mesh/generate/vessel_distance.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -20,8 +20,8 @@ constexpr double kMostTaper = 1.0 / 16;           // slope that continues there;
 constexpr double kFieldSpacing = 0.2;             // spacing of the field over the smallest radius
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
-constexpr double kSeedEdge = 0.5; // of triangles that searches begin with: they need not be fine
-constexpr double kShallowest = 0.35;              // angle between a branch and its parent [rad]
+constexpr double kSeedEdge = 0.5;       // of the points where tubes join that searches begin with
+constexpr double kShallowest = 0.35;    // angle between a branch and its parent [rad]
 constexpr double kSteepestTaper = 0.45; // of radius over length: nets allow for that (kMargin)
 
 std::vector<Issue> vessel_issues(const VesselOptions& o)
@@ -223,12 +223,10 @@ struct Stubs {
             }
         }
     }
-    /// For one thread.
     ImplicitSurface surface() const
     {
-        const auto hints = std::make_shared<VesselShape::Hints>(shape.no_hints());
-        return {[this, hints](const Vec3& x) { return shape.value(x, *hints); },
-                [this, hints](const Vec3& x) { return shape.project(x, *hints); }};
+        return {[this](const Vec3& x) { return shape.value(x); },
+                [this](const Vec3& x) { return shape.project(x); }};
     }
 };
 
@@ -297,14 +295,13 @@ VesselTriangles triangles_of(const std::shared_ptr<const Stubs>& stubs, double e
 // The largest distance of triangles' middles from the wall; their corners are on it.
 double deviation_of(const SurfaceMesh& mesh, const VesselShape& shape)
 {
-    VesselShape::Hints hints = shape.no_hints();
     double deviation = 0;
     for (const auto& t : mesh.triangles) {
         const Vec3 middle = (mesh.points[static_cast<std::size_t>(t[0])] +
                              mesh.points[static_cast<std::size_t>(t[1])] +
                              mesh.points[static_cast<std::size_t>(t[2])]) /
                             3;
-        deviation = std::max(deviation, std::abs(shape.value(middle, hints)));
+        deviation = std::max(deviation, std::abs(shape.value(middle)));
     }
     return deviation;
 }
@@ -361,13 +358,9 @@ WallModel make_vessel(const VesselOptions& o)
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
     const auto [mesh, count] = triangles_of(stubs, edge);
     const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    // Nearest points are searched for from the triangles that are shown or, where others are
-    // requested, from some of its own.
     const double seeds = std::min(kSeedEdge * smallest, kEdgeOfBlend * o.blend);
-    VesselShape whole = vessel_shape(o, roots, extension);
-    auto source = o.resolution > 0
-                      ? std::make_unique<VesselDistance>(std::move(whole), stubs->low, seeds)
-                      : std::make_unique<VesselDistance>(std::move(whole), mesh);
+    auto source =
+        std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), stubs->low, seeds);
     // The grid keeps off the planes and axes of symmetry, where rounding would decide.
     Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
     axes.col(2) = o.axis.normalized();

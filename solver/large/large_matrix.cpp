@@ -6,6 +6,7 @@
 #include <cstdlib>
 #include <fmt/format.h>
 #include <memory>
+#include <mutex>
 #include <stdexcept>
 
 namespace amontons {
@@ -42,11 +43,14 @@ struct Petsc {
     }
 };
 
-// MPI begins once in a process and ends once: its one owner outlives every matrix.
+// MPI begins once in a process and ends once: its one owner outlives every matrix. Both it and
+// PETSc are for one thread at a time, matrices may be of many.
 std::unique_ptr<Petsc> petsc;
+std::mutex petsc_in_use;
 
 Petsc& opened()
 {
+    const std::lock_guard lock(petsc_in_use);
     if (petsc) return *petsc;
     try {
         petsc = std::make_unique<Petsc>();
@@ -131,11 +135,13 @@ bool ParallelRun::served()
 
 int parallel_ranks()
 {
+    const std::lock_guard lock(petsc_in_use);
     return petsc ? petsc->ranks() : 1;
 }
 
 double parallel_peak_memory()
 {
+    const std::lock_guard lock(petsc_in_use);
     return petsc ? petsc->peak() : 0;
 }
 
@@ -164,13 +170,19 @@ LargeMatrix::LargeMatrix(const VolumeMesh& mesh, const SolidPattern& pattern,
     in.graph_start = pattern.start.data();
     in.graph = pattern.neighbour.data();
     char message[kMessage] = "";
-    check(opened().make(&in, &id_, message, kMessage), message);
+    const Petsc& module = opened();
+    {
+        const std::lock_guard lock(petsc_in_use);
+        check(module.make(&in, &id_, message, kMessage), message);
+    }
     set_blocks({}, true, true);
 }
 
 LargeMatrix::~LargeMatrix()
 {
-    if (id_ >= 0 && petsc) petsc->drop(id_);
+    if (id_ < 0 || !petsc) return;
+    const std::lock_guard lock(petsc_in_use);
+    petsc->drop(id_);
 }
 
 void LargeMatrix::set_blocks(const std::vector<Block>& blocks, bool symmetric, bool renew)
@@ -190,6 +202,7 @@ void LargeMatrix::set_blocks(const std::vector<Block>& blocks, bool symmetric, b
     const AmontonsLargeBlocks in{std::int64_t(blocks.size()), node.data(), value.data(), symmetric,
                                  renew};
     char message[kMessage] = "";
+    const std::lock_guard lock(petsc_in_use);
     check(petsc->blocks(id_, &in, message, kMessage), message);
 }
 
@@ -199,7 +212,10 @@ LargeMatrix::Result LargeMatrix::solve(Eigen::VectorXd& f, double tolerance, int
     if (!f.allFinite()) throw LinearFault("a linear system whose right-hand side is not finite");
     AmontonsLargeSolve how{tolerance, most_iterations, 0, 0, 0};
     char message[kMessage] = "";
-    check(petsc->solve(id_, f.data(), &how, message, kMessage), message);
+    {
+        const std::lock_guard lock(petsc_in_use);
+        check(petsc->solve(id_, f.data(), &how, message, kMessage), message);
+    }
     iterations_ += how.iterations;
     // Multigrid moves held ones by a rounding of the others.
     for (const std::int32_t dof : held_)

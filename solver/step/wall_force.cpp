@@ -1,7 +1,7 @@
 #include "solver/step/wall_force.hpp"
 
 #include <algorithm>
-#include <limits>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -21,30 +21,32 @@ std::int32_t nearest_corner(const SurfaceMesh& surface, std::int32_t triangle, c
 
 } // namespace
 
-void note_forces(const SurfaceMesh& surface, int number, const std::vector<ContactRecord>& contacts,
-                 WallForce& force)
+void note_forces(int number, const std::vector<ContactRecord>& contacts, WallForce& force)
 {
-    if (surface.triangles.empty()) return;
-    std::vector<WallForce::Found> now;
-    const std::vector<WallForce::Found>& last = force.last;
-    std::size_t k = 0; // the contact of the last record that is probably next to this one
-    for (const ContactRecord& c : contacts) {
-        if (c.body_b != number) continue;
-        if (!force.tree) force.tree = std::make_unique<BoundingTree>(surface);
-        if (force.largest.empty()) force.largest.assign(surface.points.size(), 0);
-        const auto squared = [&](std::size_t i) {
-            return last[i].body == c.body_a ? (last[i].point - c.point).squaredNorm()
-                                            : std::numeric_limits<double>::infinity();
-        };
-        while (k + 1 < last.size() && squared(k + 1) <= squared(k))
-            ++k;
-        const std::int32_t near = k < last.size() ? last[k].triangle : -1;
-        const std::int32_t triangle = force.tree->nearest_within(c.point, near).triangle;
-        now.push_back({c.body_a, c.point, triangle});
-        double& f = force.largest[std::size_t(nearest_corner(surface, triangle, c.point))];
-        f = std::max(f, c.clustered_force);
+    for (const ContactRecord& c : contacts)
+        if (c.body_b == number)
+            force.pending.push_back({c.point[0], c.point[1], c.point[2], c.clustered_force});
+}
+
+bool many_pending(const WallForce& force)
+{
+    constexpr std::size_t kMost = 8192; // 256 kB
+    return force.pending.size() > kMost;
+}
+
+void assign_forces(const SurfaceMesh& surface, WallForce& force)
+{
+    const std::vector<WallForce::Touch> pending = std::exchange(force.pending, {});
+    if (surface.triangles.empty() || pending.empty()) return;
+    if (!force.tree) force.tree = std::make_unique<BoundingTree>(surface);
+    if (force.largest.empty()) force.largest.assign(surface.points.size(), 0);
+    std::int32_t near = -1; // the next contact is probably beside the last one
+    for (const auto& [x, y, z, size] : pending) {
+        const Vec3 point{x, y, z};
+        near = force.tree->nearest_within(point, near).triangle;
+        double& f = force.largest[std::size_t(nearest_corner(surface, near, point))];
+        f = std::max(f, size);
     }
-    force.last = std::move(now);
 }
 
 } // namespace amontons

@@ -27,8 +27,11 @@ std::vector<std::byte> WireSimulation::save() const
     for (const auto& c : s.coaxial)
         for (const Nesting& n : c->nestings)
             save_reactions(n.reaction, out);
-    for (const WallForce& f : s.force)
-        out.vector(f.largest);
+    for (const WallForce& f : s.force) {
+        out.vector(f.pending);
+        out.value(!f.largest.empty());
+        if (!f.largest.empty()) out.vector(f.largest);
+    }
     out.vector(s.wall_moved);
     s.inputs.save(out, s.inputs);
     save_summary(s.summary, out);
@@ -60,9 +63,12 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
     for (const auto& c : s.coaxial)
         for (const Nesting& n : c->nestings)
             nested.push_back(read_reactions(n.reaction.size(), in));
-    std::vector<std::vector<double>> force;
-    for (const Obstacle& o : s.obstacles)
-        force.push_back(in.vector<double>(o.model.surface->points.size()));
+    std::vector<WallForce> force;
+    for (const Obstacle& o : s.obstacles) {
+        WallForce& f = force.emplace_back();
+        f.pending = in.vector<WallForce::Touch>(std::size_t(-1));
+        if (in.value<bool>()) f.largest = in.exactly<double>(o.model.surface->points.size());
+    }
     auto wall_moved = in.vector<double>(s.vessels.size());
     const std::vector<LiveInputs::Saved> inputs = s.inputs.read(in);
     RunSummary sum = read_summary(in);
@@ -86,8 +92,10 @@ void WireSimulation::restore(const std::vector<std::byte>& state)
             n.reaction = std::move(*next++);
     s.inputs.restore(inputs);
     s.history = std::move(history);
-    for (std::size_t o = 0; o < force.size(); ++o)
-        s.force[o].largest = std::move(force[o]);
+    for (std::size_t o = 0; o < force.size(); ++o) {
+        s.force[o].largest = std::move(force[o].largest);
+        s.force[o].pending = std::move(force[o].pending);
+    }
     s.summary = std::move(sum);
     s.summary.steps = s.step;
     s.summary.time = s.time;

@@ -272,12 +272,10 @@ StepRecord WireSimulation::State::record(const StepReport& r, double h, double s
 
 void WireSimulation::State::note_forces(const StepRecord& r)
 {
-    std::vector<bool> touched(obstacles.size(), false); // surfaces are made when something touches
-    for (const ContactRecord& c : r.contacts)
-        if (std::size_t(c.body_b) < obstacles.size()) touched[std::size_t(c.body_b)] = true;
-    for (std::size_t o = 0; o < obstacles.size(); ++o)
-        if (touched[o])
-            amontons::note_forces(*obstacles[o].model.surface, int(o), r.contacts, force[o]);
+    for (std::size_t o = 0; o < obstacles.size(); ++o) {
+        amontons::note_forces(int(o), r.contacts, force[o]);
+        if (many_pending(force[o])) assign_forces(*obstacles[o].model.surface, force[o]);
+    }
 }
 
 /// Examines compliant walls at their present state: at frames, and at the end.
@@ -605,9 +603,10 @@ std::vector<BodyPlan> WireSimulation::plan() const
 
 std::vector<double> WireSimulation::max_contact_force(std::size_t obstacle) const
 {
-    const State& s = *state_;
-    if (!s.force[obstacle].largest.empty()) return s.force[obstacle].largest;
-    return std::vector<double>(s.obstacles[obstacle].model.surface->points.size(), 0);
+    const SurfaceMesh& surface = *state_->obstacles[obstacle].model.surface;
+    WallForce& force = state_->force[obstacle];
+    assign_forces(surface, force);
+    return force.largest.empty() ? std::vector<double>(surface.points.size(), 0) : force.largest;
 }
 
 } // namespace amontons

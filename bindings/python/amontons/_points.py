@@ -44,6 +44,24 @@ def interrupt(process):
         process.wait(0.03)
 
 
+def run(command):
+    """Exit code, stdout and stderr of a program.
+
+    Its own waits: after Ctrl-C those of Popen wait for another quarter of a second.
+    """
+    with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
+        process = start(command, stdout=out, stderr=err)
+        try:
+            while process.poll() is None:
+                time.sleep(0.01)
+        except BaseException:
+            interrupt(process)
+            raise
+        out.seek(0)
+        err.seek(0)
+        return process.returncode, out.read(), err.read()
+
+
 def _answer(arguments, is_freed):
     """Exit code, stdout and stderr of a point, as `amontons run --json` has them."""
     values = {"--set": []}

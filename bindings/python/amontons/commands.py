@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import tempfile
 from collections.abc import Mapping, Sequence
 from typing import Any
@@ -13,7 +12,7 @@ import numpy as np
 
 from . import _native
 from ._arguments import refuse, to_json
-from ._points import interrupt, run_study, start
+from ._points import run, run_study
 from .errors import InputError, ModuleMissing, SolveFailed
 from .scene import Scene
 
@@ -27,16 +26,7 @@ def _program(arguments, may_fail=(), by_functions=False):
     if not os.access(program, os.X_OK):
         raise ModuleMissing(f"the program amontons is not at {program}: ./setup.sh install installs both")
     command = [program, *arguments, "--json"]
-    if by_functions:
-        code, output, errors = run_study(command)
-    else:
-        process = start(command, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True)
-        try:
-            output, errors = process.communicate()
-        except BaseException:
-            interrupt(process)
-            raise
-        code = process.returncode
+    code, output, errors = run_study(command) if by_functions else run(command)
     last = (errors.strip().splitlines() or [""])[-1]
     if code == 2:
         error = InputError(last.removeprefix("error: "))

@@ -86,8 +86,10 @@ class Inputs:
 
     @property
     def values(self) -> NDArray[np.float64]:
-        """(k,) all of them now, or as they were set; a copy. Assign an array to set all."""
-        return np.array([self._simulation.input(k) for k in range(len(self.names))])
+        """(k,) all of them now, or as they were set; a copy, read-only. Assign an array to set all."""
+        now = np.array([self._simulation.input(k) for k in range(len(self.names))])
+        now.flags.writeable = False  # a value put into it would lead nothing
+        return now
 
     @values.setter
     def values(self, values: ArrayLike) -> None:

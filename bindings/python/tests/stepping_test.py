@@ -225,6 +225,8 @@ class SteppingTest(Case):
         self.assertEqual(sim.save(), before)
         sim.inputs.values = [0.02, 0.1]
         np.testing.assert_allclose(sim.inputs.values, [0.02, 0.1])
+        with self.assertRaises(ValueError):
+            sim.inputs.values[0] = 0.01  # of a copy
 
     def test_a_scene_changed_between_steps_is_that_of_a_new_simulation(self):
         sim = am.Simulation(tube_and_wire())

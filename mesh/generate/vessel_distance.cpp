@@ -1,0 +1,204 @@
+#include "mesh/generate/vessel_distance.hpp"
+
+#include "mesh/base/dense.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+namespace amontons {
+
+namespace {
+
+constexpr int kMostFootSteps = 12, kMostSlides = 30, kMostHalves = 6, kMostDoublings = 4;
+constexpr double kFootConverged = 1e-3; // of the lengths at hand: a step of Newton's squares it
+constexpr double kSampledBand = 12; // grid spacings; a spline's reach twice, no contact is farther
+constexpr double kSteepest = 1.05;  // no tube's distance changes faster than this (slopes)
+constexpr double kInfinite = std::numeric_limits<double>::infinity();
+
+} // namespace
+
+/// What is known around the points of a cube.
+struct VesselDistance::Near {
+    Vec3 centre = Vec3::Zero();
+    double size = 0;                    // farthest of the points from the centre [m]
+    std::vector<EdgeSeeds::Near> seeds; // that reach into a ball around the centre
+    double reach = -1;                  // its radius [m]
+};
+
+VesselDistance::VesselDistance(VesselShape shape, const Vec3& origin, double edge)
+    : shape_{std::move(shape)}
+    , seeds_{shape_, origin, edge}
+{
+}
+
+// From a point of the wall to a nearest one: Newton's method in the tangent plane, down the
+// distance where that is not convex, each step no longer than lessens it.
+// @return  the distance
+double VesselDistance::slide_(const Vec3& x, Vec3 p) const
+{
+    const double longest = shape_.blend_width() / 2;
+    double least = (x - p).norm();
+    for (int k = 0; k < kMostSlides; ++k) {
+        const ImplicitSample s = shape_.sample(p);
+        const double steep = s.gradient.norm();
+        if (!(steep > 0)) break;
+        const Vec3 n = s.gradient / steep, e = x - p, u = n.unitOrthogonal(), v = n.cross(u);
+        const Mat3 bent = Mat3::Identity() + e.dot(n) / steep * s.hessian;
+        const double a = u.dot(bent * u), b = u.dot(bent * v), c = v.dot(bent * v),
+                     det = a * c - b * b, eu = e.dot(u), ev = e.dot(v);
+        if (std::hypot(eu, ev) <= kFootConverged * least) break; // its square is the error
+        const bool convex = a > 0 && det > 0;
+        Vec3 step = convex ? Vec3{((c * eu - b * ev) * u + (a * ev - b * eu) * v) / det}
+                           : Vec3{eu * u + ev * v};
+        step *= std::min(1.0, longest / step.norm());
+        bool nearer = false;
+        for (int half = 0; half < kMostHalves && !nearer; ++half, step /= 2) {
+            const Vec3 q = shape_.project(p + step);
+            const double found = (x - q).norm();
+            nearer = found < least;
+            if (!nearer) continue;
+            least = found;
+            p = q;
+        }
+        if (!nearer) break;
+    }
+    return least;
+}
+
+// Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
+// @param squared  distance of the seed
+// @return  the distance
+double VesselDistance::from_edge_(const Vec3& x, const Vec3& seed, double squared) const
+{
+    const double seed_distance = std::sqrt(squared), longest = shape_.blend_width();
+    Vec3 p = seed;
+    ImplicitSample s = shape_.sample(p);
+    double mu = (x - p).dot(s.gradient) / s.gradient.squaredNorm();
+    for (int k = 0; k < kMostFootSteps; ++k) {
+        Eigen::Matrix4d a;
+        a.topLeftCorner<3, 3>() = Mat3::Identity() + mu * s.hessian;
+        a.topRightCorner<3, 1>() = s.gradient;
+        a.bottomLeftCorner<1, 3>() = s.gradient.transpose();
+        a(3, 3) = 0;
+        Eigen::Vector4d residual;
+        residual << p - x + mu * s.gradient, s.value;
+        const Eigen::Vector4d step = solve_small(a, residual);
+        const double length = step.head<3>().norm();
+        if (!(length <= longest)) break; // also when it is not a number
+        p -= step.head<3>();
+        mu -= step[3];
+        if (length <= kFootConverged * (length + seed_distance + longest)) {
+            const double found = (x - p).norm();
+            if (found <= seed_distance) return found;
+            break; // a farthest point, beyond a centre of curvature
+        }
+        s = shape_.sample(p);
+    }
+    return slide_(x, seed);
+}
+
+double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) const
+{
+    // ---- Nearest points of single tubes
+    const std::vector<VesselTube>& tubes = shape_.fast();
+    const double k = shape_.blend_width();
+    double least = kInfinite;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        if (shape_.upper_bound(i, x) <= -least) continue;
+        const double f = tubes[i].distance(x);
+        if (!(std::abs(f) < least)) continue;
+        const Vec3 foot = x - f * tubes[i].sample(x).gradient;
+        bool on_wall = true;
+        for (std::size_t j = 0; on_wall && j < tubes.size(); ++j)
+            on_wall = j == i || shape_.upper_bound(j, foot) <= -k || tubes[j].distance(foot) <= -k;
+        if (on_wall) least = std::abs(f);
+    }
+
+    // ---- The nearest point where tubes join
+    double reach = std::abs(value) + k + near.size;
+    for (int doubled = 0; doubled <= kMostDoublings; ++doubled, reach *= 2) {
+        if (near.reach < reach + near.size) {
+            near.reach = reach + near.size;
+            near.seeds = seeds_.around(near.centre, near.reach);
+        }
+        double squared = least * least;
+        if (const Vec3* seed = EdgeSeeds::nearest(x, near.centre, near.seeds, squared))
+            if (squared <= reach * reach) {
+                least = std::min(least, from_edge_(x, *seed, squared));
+                break;
+            }
+        if (least <= reach) break;
+    }
+    if (!std::isfinite(least)) return value; // no wall is near
+    return value > 0 ? least : -least;
+}
+
+double VesselDistance::distance(const Vec3& x) const
+{
+    Near near{x, 0, {}, -1};
+    return distance_(x, kInfinite, near);
+}
+
+double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
+{
+    const std::vector<VesselTube>& tubes = shape_.fast();
+    const double k = shape_.blend_width();
+    std::size_t best = 0;
+    double f = -kInfinite, second = f;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        if (shape_.upper_bound(i, x) < second) continue;
+        const double v = tubes[i].distance(x);
+        if (v > f) {
+            second = f;
+            f = v;
+            best = i;
+        } else {
+            second = std::max(second, v);
+        }
+    }
+    if (std::abs(f) > band) return f;
+    if (second > f - k) return near_junction_(x, shape_.value(x), near);
+    // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
+    // x through it holds no other point of the wall.
+    if (second + kSteepest * std::abs(f) <= -k) return f;
+    const Vec3 foot = x - f * tubes[best].sample(x).gradient;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
+        if (tubes[i].distance(foot) > -k) return near_junction_(x, f, near);
+    }
+    return f;
+}
+
+void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, double* out) const
+{
+    const std::vector<VesselTube>& tubes = shape_.fast();
+    const Vec3 half = 0.5 * (n - 1) * edges.rowwise().sum(), centre = corner + half;
+    const double reach = kSteepest * half.norm(), h = edges.col(0).norm();
+    std::size_t best = 0;
+    double f = -kInfinite, second = f;
+    for (std::size_t i = 0; i < tubes.size(); ++i) {
+        const double v = tubes[i].distance(centre);
+        if (v > f) {
+            second = f;
+            f = v;
+            best = i;
+        } else {
+            second = std::max(second, v);
+        }
+    }
+    // The reasons of `distance`, for all points of the cube at once.
+    const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
+                       second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();
+    Near near{centre, half.norm(), {}, -1};
+    for (int i = 0; i < n; ++i)
+        for (int j = 0; j < n; ++j)
+            for (int l = 0; l < n; ++l) {
+                const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
+                *out++ = alone ? tubes[best].distance(x) : distance_(x, kSampledBand * h, near);
+            }
+}
+
+} // namespace amontons
