@@ -390,8 +390,13 @@ TEST_CASE("a vessel's tube has the distance, normal and Hessian of the swept tub
     std::mt19937 random{3};
     std::uniform_real_distribution<double> uniform{-0.05, 0.15};
     double distance = 0, normal = 0, hessian = 0;
+    int known = 0;
     for (int k = 0; k < 20000; ++k) {
         const Vec3 x{uniform(random), 0.5 * uniform(random), uniform(random)};
+        const double around = 0.002; // of a ball whose points have their nearest on one piece
+        const int piece = tube.piece_around(x + around * Vec3{0.6, -0.48, 0.64}, around);
+        known += piece >= 0;
+        distance = std::max(distance, std::abs(tube.distance(x, piece) - tube.distance(x)));
         WallHint hint;
         const WallSample s = swept.sample(x, hint);
         const ImplicitSample t = tube.sample(x);
@@ -400,6 +405,7 @@ TEST_CASE("a vessel's tube has the distance, normal and Hessian of the swept tub
         normal = std::max(normal, (t.gradient - s.normal).norm());
         hessian = std::max(hessian, (t.hessian - s.hessian).norm() / (100 + s.hessian.norm()));
     }
+    CHECK(known > 5000);
     CHECK(distance < 1e-14);
     CHECK(normal < 1e-9); // on the axis it may turn
     CHECK(hessian < 1e-9);
