@@ -86,6 +86,30 @@ TEST_CASE("away from junctions the sampled wall is the tube to 1e-4 of the small
     CHECK(model.wall.distance({0.038, 0, 0.12}, hint) < 0); // in the middle of the arch's bend
 }
 
+TEST_CASE("the wall of a narrow branch is its tube to 1e-4 of its radius")
+{
+    VesselOptions o = default_vessel();
+    constexpr double kRadius = 0.00125;
+    o.branches[1].root_diameter = o.branches[1].end_diameter = 2 * kRadius;
+    o.resolution = 0.003;
+    const WallModel model = make_vessel(o);
+    const std::vector<Vec3>& line = model.branches[1].centreline;
+    const Vec3 along = (line.back() - line.front()).normalized(), a = along.unitOrthogonal(),
+               b = along.cross(a);
+    double off = 0, turned = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const double phi = 0.618 * k;
+        const Vec3 out = std::cos(phi) * a + std::sin(phi) * b;
+        WallHint hint;
+        const WallSample s =
+            model.wall.sample(line.front() + (0.01 + 3e-5 * k) * along + kRadius * out, hint);
+        off = std::max(off, std::abs(s.distance));
+        turned = std::max(turned, (s.normal + out).norm());
+    }
+    CHECK(off < 1e-4 * kRadius);
+    CHECK(turned < 1e-3);
+}
+
 TEST_CASE("beside junctions the wall's distance is the true one" * doctest::test_suite("slow"))
 {
     // From a vertex straight into the free space the way back is the nearest: where the wall
