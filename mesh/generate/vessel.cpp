@@ -15,9 +15,11 @@ namespace amontons {
 
 namespace {
 
-constexpr double kTubeExtension = 8;              // radii that a tube continues beyond its opening
-constexpr double kMostTaper = 1.0 / 16;           // slope that continues there; a steeper one stops
-constexpr double kFieldSpacing = 0.2;             // spacing of the field over the smallest radius
+constexpr double kTubeExtension = 8;    // radii that a tube continues beyond its opening
+constexpr double kMostTaper = 1.0 / 16; // slope that continues there; a steeper one stops
+// Spacing h of the field over the smallest radius r. The wall is off by h^4 / (128 r^3), 3e-5 r, as
+// long as a spline on the wall takes no samples from beyond the tube's axis: 4 h < r.
+constexpr double kFieldSpacing = 0.24;
 constexpr double kGridOfBlend = 0.4;              // and over the blend radius
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
 constexpr double kSeedEdge = 0.5;       // of the points where tubes join that searches begin with

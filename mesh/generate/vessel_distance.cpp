@@ -26,6 +26,8 @@ struct VesselDistance::Near {
     double size = 0;                    // farthest of the points from the centre [m]
     std::vector<EdgeSeeds::Near> seeds; // that reach into a ball around the centre
     double reach = -1;                  // its radius [m]
+    std::vector<int>
+        piece; // of each tube, inside which the points have their nearest points, or -1
 };
 
 VesselDistance::VesselDistance(VesselShape shape, const Vec3& origin, double edge)
@@ -108,7 +110,7 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
     double least = kInfinite;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (shape_.upper_bound(i, x) <= -least) continue;
-        const double f = tubes[i].distance(x);
+        const double f = tubes[i].distance(x, near.piece[i]);
         if (!(std::abs(f) < least)) continue;
         const Vec3 foot = x - f * tubes[i].sample(x).gradient;
         bool on_wall = true;
@@ -138,7 +140,7 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
 
 double VesselDistance::distance(const Vec3& x) const
 {
-    Near near{x, 0, {}, -1};
+    Near near{x, 0, {}, -1, std::vector<int>(shape_.fast().size(), -1)};
     return distance_(x, kInfinite, near);
 }
 
@@ -150,7 +152,7 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     double f = -kInfinite, second = f;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (shape_.upper_bound(i, x) < second) continue;
-        const double v = tubes[i].distance(x);
+        const double v = tubes[i].distance(x, near.piece[i]);
         if (v > f) {
             second = f;
             f = v;
@@ -192,12 +194,15 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     // The reasons of `distance`, for all points of the cube at once.
     const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
                        second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();
-    Near near{centre, half.norm(), {}, -1};
+    Near near{centre, half.norm(), {}, -1, std::vector<int>(tubes.size(), -1)};
+    for (std::size_t i = 0; i < tubes.size(); ++i)
+        if (!alone || i == best) near.piece[i] = tubes[i].piece_around(centre, near.size);
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             for (int l = 0; l < n; ++l) {
                 const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
-                *out++ = alone ? tubes[best].distance(x) : distance_(x, kSampledBand * h, near);
+                *out++ = alone ? tubes[best].distance(x, near.piece[best])
+                               : distance_(x, kSampledBand * h, near);
             }
 }
 

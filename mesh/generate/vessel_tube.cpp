@@ -26,6 +26,7 @@ VesselTube::VesselTube(const Centreline& line)
         p.range = line.parameter_range(i);
         p.radius = c.radius;
         p.slope = c.radius_first;
+        p.steepness = std::sqrt(1 + p.slope * p.slope);
         if (const double curvature = c.second.norm(); curvature > 0) {
             p.bend = 1 / curvature;
             p.a2 = -c.second * p.bend;
@@ -35,32 +36,40 @@ VesselTube::VesselTube(const Centreline& line)
     }
 }
 
+/// The parameter of the point of a piece that is nearest to x, and its squared distance; of an arc
+/// that is farther than `beyond`, squared, any distance that is farther too.
+double VesselTube::nearest_(const Piece& p, const Vec3& x, double beyond, double& u)
+{
+    const Vec3 e = x - p.a0;
+    const double along = e.dot(p.a1);
+    if (p.bend == 0) {
+        u = std::clamp(along, 0.0, p.range);
+        return (e - u * p.a1).squaredNorm();
+    }
+    const double out = e.dot(p.a2), off = e.squaredNorm() - along * along - out * out;
+    const double in_plane = std::sqrt(along * along + out * out) - p.bend;
+    const double to_circle = in_plane * in_plane + std::max(off, 0.0);
+    if (!(to_circle < beyond)) return to_circle;
+    double theta = std::atan2(along, out);
+    const double angle = p.range / p.bend;
+    if (theta < 0) theta += 2 * std::numbers::pi;
+    if (theta <= angle) {
+        u = theta * p.bend;
+        return to_circle;
+    }
+    // The nearer of the two ends, the first on a tie.
+    theta = theta - angle < 2 * std::numbers::pi - theta ? angle : 0.0;
+    u = theta * p.bend;
+    return (e - p.bend * (std::sin(theta) * p.a1 + std::cos(theta) * p.a2)).squaredNorm();
+}
+
 VesselTube::Foot VesselTube::foot_(const Vec3& x) const
 {
     Foot best;
     best.squared = std::numeric_limits<double>::infinity();
     for (const Piece& p : pieces_) {
-        const Vec3 e = x - p.a0;
-        const double along = e.dot(p.a1);
-        double u, squared;
-        if (p.bend == 0) {
-            u = std::clamp(along, 0.0, p.range);
-            squared = (e - u * p.a1).squaredNorm();
-        } else {
-            const double out = e.dot(p.a2), off = e.squaredNorm() - along * along - out * out;
-            const double in_plane = std::sqrt(along * along + out * out) - p.bend;
-            squared = in_plane * in_plane + std::max(off, 0.0);
-            if (!(squared < best.squared)) continue;
-            double theta = std::atan2(along, out);
-            const double angle = p.range / p.bend;
-            if (theta < 0) theta += 2 * std::numbers::pi;
-            if (theta > angle) { // the nearer of the two ends, the first on a tie
-                theta = theta - angle < 2 * std::numbers::pi - theta ? angle : 0.0;
-                squared =
-                    (e - p.bend * (std::sin(theta) * p.a1 + std::cos(theta) * p.a2)).squaredNorm();
-            }
-            u = theta * p.bend;
-        }
+        double u = 0;
+        const double squared = nearest_(p, x, best.squared, u);
         if (squared < best.squared) best = {&p, u, squared, false};
     }
     best.closed = (best.piece == &pieces_.front() && best.u <= 0) ||
@@ -68,12 +77,52 @@ VesselTube::Foot VesselTube::foot_(const Vec3& x) const
     return best;
 }
 
+int VesselTube::piece_around(const Vec3& centre, double radius) const
+{
+    constexpr double kFarther = 2 + 1e-6; // radii: that much farther none is the nearest anywhere
+    const Foot best = foot_(centre);
+    const Piece& p = *best.piece;
+    // How far the foot moves: on an arc more than the point, by its radius over the distance from
+    // its axis.
+    const Vec3 e = centre - p.a0;
+    const double from_axis =
+        p.bend == 0 ? 0 : std::sqrt(std::pow(e.dot(p.a1), 2) + std::pow(e.dot(p.a2), 2)) - radius;
+    if (p.bend > 0 && !(from_axis > kLeastFocal * p.bend + radius)) return -1;
+    const double moves = p.bend == 0 ? radius : 2 * radius * std::max(1.0, p.bend / from_axis);
+    if (!(best.u > moves && best.u < p.range - moves)) return -1;
+    for (const Piece& q : pieces_) {
+        if (&q == &p) continue;
+        double u = 0;
+        const double least = std::sqrt(best.squared) + kFarther * radius;
+        if (nearest_(q, centre, least * least, u) < least * least) return -1;
+    }
+    return int(&p - pieces_.data());
+}
+
 /// D of swept_tube.cpp: on an arc the distance from its axis over its radius.
 double VesselTube::focal_(const Piece& p, const Vec3& x)
 {
     if (p.bend == 0) return 1;
     const Vec3 e = x - p.a0;
-    return std::max(std::hypot(e.dot(p.a1), e.dot(p.a2)) / p.bend, kLeastFocal);
+    const double along = e.dot(p.a1), out = e.dot(p.a2);
+    return std::max(std::sqrt(along * along + out * out) / p.bend, kLeastFocal);
+}
+
+/// Distance where the nearest point is inside a piece.
+double VesselTube::inside_(const Piece& p, const Vec3& x)
+{
+    const Vec3 e = x - p.a0;
+    const double along = e.dot(p.a1);
+    if (p.bend == 0) return (p.radius + along * p.slope - (e - along * p.a1).norm()) / p.steepness;
+    const double out = e.dot(p.a2), from_axis = std::sqrt(along * along + out * out),
+                 in_plane = from_axis - p.bend,
+                 off = std::max(e.squaredNorm() - along * along - out * out, 0.0),
+                 distance = std::sqrt(in_plane * in_plane + off);
+    if (p.slope == 0) return p.radius - distance;
+    double theta = std::atan2(along, out);
+    if (theta < 0) theta += 2 * std::numbers::pi;
+    const double steep = p.slope * p.bend / from_axis;
+    return (p.radius + theta * p.bend * p.slope - distance) / std::sqrt(1 + steep * steep);
 }
 
 double VesselTube::distance(const Vec3& x) const

@@ -23,6 +23,15 @@ public:
 
     /// Signed distance at x [m].
     double distance(const Vec3& x) const;
+    /// The same where the piece with the nearest point is known: about ten times as fast.
+    /// @param piece  of piece_around(); -1: any
+    double distance(const Vec3& x, int piece) const
+    {
+        return piece < 0 ? distance(x) : inside_(pieces_[std::size_t(piece)], x);
+    }
+    /// The piece inside which all points of a ball have their nearest point; -1: none.
+    /// @param radius  of the ball [m]
+    int piece_around(const Vec3& centre, double radius) const;
     /// The same with its unit normal and Hessian.
     ImplicitSample sample(const Vec3& x) const;
 
@@ -32,14 +41,17 @@ private:
         Vec3 a0, a1, a2 = Vec3::Zero();
         double bend = 0; ///< radius of the arc [m]; 0: straight
         double range = 0, radius = 0, slope = 0;
+        double steepness = 1; ///< of a straight piece: sqrt(1 + slope^2)
     };
     struct Foot {
         const Piece* piece = nullptr;
         double u = 0, squared = 0;
         bool closed = false; ///< on a ball that closes the tube
     };
+    static double nearest_(const Piece& p, const Vec3& x, double beyond, double& u);
     Foot foot_(const Vec3& x) const;
     static double focal_(const Piece& p, const Vec3& x);
+    static double inside_(const Piece& p, const Vec3& x);
 
     std::vector<Piece> pieces_;
 };

@@ -86,6 +86,30 @@ TEST_CASE("away from junctions the sampled wall is the tube to 1e-4 of the small
     CHECK(model.wall.distance({0.038, 0, 0.12}, hint) < 0); // in the middle of the arch's bend
 }
 
+TEST_CASE("the wall of a narrow branch is its tube to 1e-4 of its radius")
+{
+    VesselOptions o = default_vessel();
+    constexpr double kRadius = 0.00125;
+    o.branches[1].root_diameter = o.branches[1].end_diameter = 2 * kRadius;
+    o.resolution = 0.003;
+    const WallModel model = make_vessel(o);
+    const std::vector<Vec3>& line = model.branches[1].centreline;
+    const Vec3 along = (line.back() - line.front()).normalized(), a = along.unitOrthogonal(),
+               b = along.cross(a);
+    double off = 0, turned = 0;
+    for (int k = 0; k < 2000; ++k) {
+        const double phi = 0.618 * k;
+        const Vec3 out = std::cos(phi) * a + std::sin(phi) * b;
+        WallHint hint;
+        const WallSample s =
+            model.wall.sample(line.front() + (0.01 + 3e-5 * k) * along + kRadius * out, hint);
+        off = std::max(off, std::abs(s.distance));
+        turned = std::max(turned, (s.normal + out).norm());
+    }
+    CHECK(off < 1e-4 * kRadius);
+    CHECK(turned < 1e-3);
+}
+
 TEST_CASE("beside junctions the wall's distance is the true one" * doctest::test_suite("slow"))
 {
     // From a vertex straight into the free space the way back is the nearest: where the wall
@@ -390,8 +414,13 @@ TEST_CASE("a vessel's tube has the distance, normal and Hessian of the swept tub
     std::mt19937 random{3};
     std::uniform_real_distribution<double> uniform{-0.05, 0.15};
     double distance = 0, normal = 0, hessian = 0;
+    int known = 0;
     for (int k = 0; k < 20000; ++k) {
         const Vec3 x{uniform(random), 0.5 * uniform(random), uniform(random)};
+        const double around = 0.002; // of a ball whose points have their nearest on one piece
+        const int piece = tube.piece_around(x + around * Vec3{0.6, -0.48, 0.64}, around);
+        known += piece >= 0;
+        distance = std::max(distance, std::abs(tube.distance(x, piece) - tube.distance(x)));
         WallHint hint;
         const WallSample s = swept.sample(x, hint);
         const ImplicitSample t = tube.sample(x);
@@ -400,6 +429,7 @@ TEST_CASE("a vessel's tube has the distance, normal and Hessian of the swept tub
         normal = std::max(normal, (t.gradient - s.normal).norm());
         hessian = std::max(hessian, (t.hessian - s.hessian).norm() / (100 + s.hessian.norm()));
     }
+    CHECK(known > 5000);
     CHECK(distance < 1e-14);
     CHECK(normal < 1e-9); // on the axis it may turn
     CHECK(hessian < 1e-9);
