@@ -50,16 +50,19 @@ std::string lines(const std::string& output, const std::string& errors)
 } // namespace
 
 OutsideAnswer run_outside_solver(const OutsideSolver& solver, const std::string& problem,
-                                 double tolerance, const std::atomic<bool>* stop)
+                                 double tolerance, const std::atomic<bool>* stop,
+                                 std::string_view instead)
 {
     const ScratchFolder scratch;
+    std::string given = fs::absolute(problem).string();
+    if (!instead.empty()) write_file(given = scratch.file("problem.hdf5"), instead);
     const std::string solved = scratch.file("solved.hdf5");
     ChildJob job;
     job.program = "/bin/sh";
     job.arguments = {"-c",
                      "export AMONTONS_TOLERANCE=\"$3\"\ncd \"$2\" || exit 126\n" + solver.command +
                          " \"$0\" \"$1\"",
-                     fs::absolute(problem).string(),
+                     given,
                      solved,
                      solver.folder,
                      fmt::format("{:.6g}", tolerance)};

@@ -5,6 +5,7 @@
 #include "contact/solution.hpp"
 
 #include <stdexcept>
+#include <string_view>
 
 // Contact problems solved by an external program: FCLib in, FCLib out (docs/new_solver.md).
 
@@ -32,12 +33,14 @@ struct OutsideAnswer {
     std::string printed; ///< what it wrote to stdout and stderr
 };
 
-/// @param problem  path of an FCLib file
-/// @param stop     ends the command once it is set; null: nothing does
-/// @throws NoOutsideAnswer  it failed, took too long or wrote no reaction
+/// @param problem    path of an FCLib file
 /// @param tolerance  relative error that its result is to have [-]
+/// @param stop       ends the command once it is set; null: nothing does
+/// @param instead    bytes of the file that the command gets in place of `problem`; "": none
+/// @throws NoOutsideAnswer  it failed, took too long or wrote no reaction
 OutsideAnswer run_outside_solver(const OutsideSolver& solver, const std::string& problem,
-                                 double tolerance, const std::atomic<bool>* stop);
+                                 double tolerance, const std::atomic<bool>* stop,
+                                 std::string_view instead = {});
 
 /// Certifies a reaction as those of the program's own solvers are certified. @param r  rows of the
 /// problem

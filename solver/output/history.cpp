@@ -122,6 +122,7 @@ void History::note_(std::size_t quantity, double value)
     Extremes& e = extremes_[quantity];
     e.least = std::min(e.least, value);
     e.largest = std::max(e.largest, value);
+    last_[quantity].value = value;
 }
 
 /// Of lines as append() has written them: no number of them holds a comma.
@@ -129,6 +130,7 @@ void History::read_extremes_(std::string_view lines)
 {
     constexpr std::size_t kOthers = std::size(kFirst) + std::size(kLast) + 1; // and the remark
     extremes_.clear();
+    last_.clear();
     bool header = true;
     for (std::size_t at = 0; at < lines.size(); header = false) {
         const std::size_t end = std::min(lines.find('\n', at), lines.size());
@@ -153,12 +155,19 @@ void History::read_extremes_(std::string_view lines)
             if (cell < std::size(kFirst)) continue;
             if (header) {
                 constexpr double kNone = std::numeric_limits<double>::infinity();
-                extremes_.push_back({name.substr(0, name.find(" [")), kNone, -kNone});
+                const std::size_t at_unit = name.find(" [");
+                const std::string unit =
+                    at_unit == name.npos ? "" : name.substr(at_unit + 2, name.size() - at_unit - 3);
+                extremes_.push_back({name.substr(0, at_unit), kNone, -kNone});
+                last_.push_back({extremes_.back().name, unit, 0});
             } else {
                 note_(cell - std::size(kFirst), std::strtod(name.c_str(), nullptr));
             }
         }
-        if (header) extremes_.resize(cell > kOthers ? cell - kOthers : 0);
+        if (header) {
+            extremes_.resize(cell > kOthers ? cell - kOthers : 0);
+            last_.resize(extremes_.size());
+        }
     }
 }
 
@@ -188,6 +197,7 @@ void History::append(const StepRecord& r)
         for (const Column& c : kFirst)
             fmt::format_to(out, "{},", c.name);
         extremes_.clear();
+        last_ = r.quantities;
         for (const Quantity& q : r.quantities) {
             extremes_.push_back({q.name, q.value, q.value});
             line_ +=

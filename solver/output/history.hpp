@@ -38,6 +38,8 @@ public:
     std::uint64_t hash() const { return hash_; } ///< of the whole file, line by line
     /// Of the quantities, over all lines, in the order of the columns.
     const std::vector<Extremes>& extremes() const { return extremes_; }
+    /// Those of the last line.
+    const std::vector<Quantity>& last() const { return last_; }
 
 private:
     void write_line_();
@@ -49,6 +51,7 @@ private:
     int file_ = -1;
     std::uint64_t bytes_ = 0, hash_ = 0;
     std::vector<Extremes> extremes_;
+    std::vector<Quantity> last_;
 };
 
 } // namespace amontons

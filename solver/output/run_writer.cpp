@@ -523,6 +523,11 @@ void RunWriter::finish(RunSummary& summary)
     }
     summary.seconds.output = s.seconds;
     summary.extremes = s.history.extremes();
+    // Every quantity of a step is one of the run, by its last value.
+    for (const Quantity& q : s.history.last())
+        if (std::ranges::find(summary.quantities, q.name, &Quantity::name) ==
+            summary.quantities.end())
+            summary.quantities.push_back(q);
     s.attempt([&] { s.write_manifest(summary); });
     summary.seconds.output = s.seconds;
 }

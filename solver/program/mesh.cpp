@@ -14,6 +14,7 @@
 #include "solver/obstacle/build.hpp"
 #include "solver/program/mesh_output.hpp"
 #include "solver/program/session.hpp"
+#include "solver/program/surface_info.hpp"
 #include "solver/program/tetrahedralise_command.hpp"
 #include "solver/scene/json_text.hpp"
 
@@ -182,6 +183,7 @@ std::string info_text(const std::string& path, const VolumeMesh& mesh, const Vol
 
 void info(const MeshArguments& a, Session& session)
 {
+    if (is_surface_file(a.file)) return surface_info(a.file, a.scale, session);
     const VolumeFile file = read(a, session);
     VolumeCheckOptions options;
     options.sliver = a.sliver;
@@ -513,7 +515,9 @@ void add_mesh(CLI::App& program, Session& session)
         return std::pair{command, a};
     };
     const auto [of_info, a_info] =
-        add("info", "Counts, sizes, quality and sets of a mesh; everything that is wrong with it",
+        add("info",
+            "Counts, sizes, quality and sets of a mesh, of a surface its side and openings; "
+            "everything that is wrong with it",
             info);
     of_info->add_option("--sliver", a_info->sliver, "Shape below which an element is a sliver");
 

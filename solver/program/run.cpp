@@ -25,6 +25,7 @@
 #include <filesystem>
 #include <fmt/format.h>
 #include <functional>
+#include <span>
 #include <unistd.h>
 
 namespace amontons {
@@ -74,16 +75,17 @@ struct Observers : StepObserver {
 
 constexpr std::size_t kMostRows = 24; // of quantities; more are for history.csv
 
-std::string run_table(const RunSummary& s, const Scene& scene, const std::string& directory,
-                      const std::vector<std::string>& files)
+/// @param shown  of the quantities, from the first
+std::string run_table(const RunSummary& s, std::size_t shown, const Scene& scene,
+                      const std::string& directory, const std::vector<std::string>& files)
 {
     std::string t;
     const auto row = [&](const char* name, const std::string& value) {
         t += fmt::format("  {:<22} {}\n", name, value);
     };
     t += fmt::format("{}: {} steps to t = {:.6g} s\n", s.status, s.steps, s.time);
-    if (s.quantities.size() <= kMostRows)
-        for (const Quantity& q : s.quantities)
+    if (shown <= kMostRows)
+        for (const Quantity& q : std::span(s.quantities).first(shown))
             row(q.name.c_str(), fmt::format("{:.6g} {}", q.value, q.unit));
     else
         row("quantities", fmt::format("{}, in history.csv", s.quantities.size()));
@@ -249,6 +251,7 @@ void run_scene(RunArguments& arguments, Session& session)
     summary.seconds.read += read_seconds;
     summary.seconds.offline += offline_seconds;
     summary.seconds.total = watch.seconds();
+    const std::size_t reported = summary.quantities.size(); // by the bodies; columns come after
     writer.finish(summary);
     summary.seconds.total = watch.seconds();
     session.exit_code = exit_code(summary);
@@ -295,7 +298,7 @@ void run_scene(RunArguments& arguments, Session& session)
         json.member("output", directory).close('}');
         session.print(json.text() + "\n");
     } else if (!session.quiet) {
-        session.print(run_table(summary, scene, directory, files));
+        session.print(run_table(summary, reported, scene, directory, files));
     }
 }
 

@@ -10,6 +10,7 @@
 #include "solver/scene/json_text.hpp"
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cerrno>
 #include <chrono>
 #include <cmath>
@@ -19,6 +20,7 @@
 #include <fmt/format.h>
 #include <functional>
 #include <future>
+#include <string_view>
 #include <unistd.h>
 
 namespace amontons {
@@ -127,13 +129,29 @@ Solved judge(const FclibProblem& file, const std::optional<FclibSolution>& given
     });
 }
 
+Eigen::Index bilateral_of(const FclibProblem& file)
+{
+    const std::vector<ContactKind>& kind = file.local ? file.local->kind : file.global->kind;
+    return std::count(kind.begin(), kind.end(), ContactKind::bilateral);
+}
+
 /// Runs an external solver. Its output is written to stderr.
-Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, Session& session)
+Solved solve_by_command(const SolveArguments& a, const FclibProblem& file, std::string_view bytes,
+                        Session& session)
 {
     try {
+        // The solution that a file brings along would pass for that of a command that copies the
+        // file and writes none of its own: zeros are in its place.
+        std::string hidden;
+        if (file.solution) {
+            FclibSolution none = *file.solution;
+            for (Eigen::VectorXd* v : {&none.r, &none.u, &none.v})
+                v->setZero();
+            hidden = with_solution(bytes, none, bilateral_of(file));
+        }
         const OutsideAnswer answer =
             run_outside_solver({a.command, ".", a.options.max_seconds}, a.problem,
-                               a.options.tolerance, &stop_on_interrupt());
+                               a.options.tolerance, &stop_on_interrupt(), hidden);
         if (!answer.printed.empty()) session.print_line(answer.printed);
         Solved s = judge(file, answer.solution, "the file of the command", a.options.tolerance);
         s.by = a.command;
@@ -306,7 +324,7 @@ void run_solve(SolveArguments& a, Session& session)
         solved = judge(file, file.solution, a.problem, a.options.tolerance);
         solved->by = "the file's";
     } else if (!a.command.empty()) {
-        solved = solve_by_command(a, file, session);
+        solved = solve_by_command(a, file, bytes, session);
     } else {
         solved = solve_until_interrupted(file, a.options);
     }
@@ -318,11 +336,10 @@ void run_solve(SolveArguments& a, Session& session)
     solved->read_seconds = read_seconds;
     const Certificate& c = solved->solution.certificate;
     if (!a.output.empty()) {
-        const std::vector<ContactKind>& kind = file.local ? file.local->kind : file.global->kind;
         write_file(a.output,
                    with_solution(bytes,
                                  {solved->solution.reaction, solved->solution.u, solved->motion},
-                                 std::count(kind.begin(), kind.end(), ContactKind::bilateral)));
+                                 bilateral_of(file)));
     }
     if (!is_solved(c.status)) {
         session.exit_code = interrupted(c) ? kInterrupted : kSolveFailed;

@@ -39,7 +39,8 @@ struct StudyArguments {
     int jobs = 1, threads = 1;
     double max_time = 0;
     bool restart = false, keep = false;
-    std::string time = "wall", table, add, run_by;
+    std::string time = "wall", table, run_by;
+    std::vector<std::string> add;
 };
 
 // ---- the scene of a point
@@ -109,8 +110,10 @@ void write_results(Table& table, const StudyArguments& a, const std::string& fol
                    Session& session)
 {
     table.by_cpu = a.time == "cpu";
-    if (!a.add.empty())
-        table.added = read_added(read_file(a.add), a.add, table.quantity, table.by_cpu);
+    for (const std::string& file : a.add) {
+        const auto rows = read_added(read_file(file), file, table.quantity, table.by_cpu);
+        table.added.insert(table.added.end(), rows.begin(), rows.end());
+    }
     evaluate(table);
     if (a.table == "tex") write_file(folder + "/study.tex", tex_of(table));
     write_file(folder + "/study.csv", csv_of(table));
@@ -521,7 +524,8 @@ void add_study(CLI::App& program, Session& session)
         ->add_option(
             "--add", a->add,
             "Points of another program for comparison: a CSV with the columns name, seconds, value "
-            "or error, and unknowns")
+            "or error, and unknowns; again for more")
+        ->allow_extra_args(false)
         ->type_name("FILE");
     command
         ->add_option("--run-by", a->run_by,

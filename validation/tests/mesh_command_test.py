@@ -93,6 +93,43 @@ class MeshCommand(unittest.TestCase):
         self.assertEqual(info["warnings"], [])
         self.assertAlmostEqual(info["volume"] / 6.4e-5, 1, places=12)
 
+    def test_info_of_a_surface_names_its_openings_and_its_side(self):
+        # A tube of radius 5 along x, from 2 to 32, open at both ends, in millimetres.
+        around = [(math.cos(k * math.pi / 12), math.sin(k * math.pi / 12)) for k in range(24)]
+        rings = [[(x, 1 + 5 * c, 3 + 5 * s) for c, s in around] for x in (2, 12, 22, 32)]
+        lines = [f"v {x:.12g} {y:.12g} {z:.12g}" for ring in rings for x, y, z in ring]
+        for i in range(3):
+            for k in range(24):
+                a, b = 24 * i + k + 1, 24 * i + (k + 1) % 24 + 1
+                lines += [f"f {a} {a + 24} {b + 24}", f"f {a} {b + 24} {b}"]
+        pathlib.Path(self.path("tube.obj")).write_text("\n".join(lines) + "\n")
+        info = self.json_of("info", "tube.obj", "--scale", "0.001")
+        self.assertEqual((info["triangles"], info["points"], info["parts"], info["closed"]), (144, 96, 1, False))
+        self.assertEqual(info["box"]["lowest"][0], 0.002)
+        self.assertAlmostEqual(info["box"]["highest"][2], 0.008, places=15)
+        chord = 2 * math.sin(math.pi / 24)
+        self.assertAlmostEqual(info["area"] / (24 * 0.005 * chord * 0.03), 1, places=9)
+        self.assertEqual(len(info["openings"]), 2)
+        for opening in info["openings"]:
+            end = 0.002 if opening["centre"][0] < 0.01 else 0.032
+            for got, exact in zip(opening["centre"], (end, 0.001, 0.003)):
+                self.assertAlmostEqual(got, exact, places=12)
+            for got, exact in zip(opening["inwards"], (1 if end == 0.002 else -1, 0, 0)):
+                self.assertAlmostEqual(got, exact, places=9)
+            self.assertAlmostEqual(opening["radius"] / (24 * 0.005 * chord / (2 * math.pi)), 1, places=9)
+        self.assertIn("2 holes", self.run_mesh("info", "tube.obj").stdout)
+        # A closed one: the side, and the volume whichever it is.
+        self.run_mesh("generate", "box", "--size", "1,2,3", "-o", "box.msh")
+        self.run_mesh("surface", "box.msh", "-o", "box.obj")
+        text = pathlib.Path(self.path("box.obj")).read_text()
+        turned = "\n".join(" ".join(w[:1] + w[:0:-1]) if (w := line.split())[:1] == ["f"] else line
+                           for line in text.splitlines())
+        pathlib.Path(self.path("turned.obj")).write_text(turned)
+        for name, facing in (("box.obj", "outwards"), ("turned.obj", "inwards")):
+            info = self.json_of("info", name)
+            self.assertEqual((info["closed"], info["facing"], info["openings"]), (True, facing, []))
+            self.assertAlmostEqual(info["volume"], 6, places=9)
+
     def test_wrong_words(self):
         self.assertIn('no command "infp" (nearest: info)', self.run_mesh("infp", "a", code=2).stderr)
         self.assertIn("--output is required", self.run_mesh("convert", "a.msh", code=2).stderr)

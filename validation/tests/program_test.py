@@ -403,6 +403,8 @@ class Output(Case):
         self.assertEqual(set(report["energy"]), {"work", "work_absolute", "elastic", "kinetic",
                          "elastic_start", "kinetic_start", "friction", "released", "error"})
         self.assertIn("branch", report["quantities"])
+        listed = self.call("check", self.scene(), "--quantities", "--json")  # what a study may name
+        self.assertLessEqual({row["name"] for row in json.loads(listed.stdout)}, set(report["quantities"]))
         self.assertEqual(report["status"], "done")
         self.assertNotIn("\r", result.stderr)  # no bar in a log
 
@@ -773,6 +775,15 @@ class Solve(Case):
         for command, why in (("false #", "exit code 1"), ("true #", "wrote no file"), ("sleep 9 #", "did not end within")):
             self.refused(self.file("tower"), "--solver-command", command, "--max-time", "0.5", command="solve",
                          contains=["--solver-command", why])
+
+    def test_the_solution_in_a_file_does_not_pass_for_that_of_a_command(self):
+        for name in ("tower", "global", "glued"):
+            solved = self.folder / (name + "_brought.hdf5")
+            self.solve(name, "--output", solved)
+            before = solved.read_bytes()
+            copied = self.call("solve", solved, "--json", "--solver-command", "cp")
+            self.assertEqual((copied.returncode, json.loads(copied.stdout)["status"]), (3, "stagnated"))
+            self.assertEqual(solved.read_bytes(), before)
 
     def test_output(self):
         for name in ("tower", "glued"):

@@ -114,6 +114,17 @@ TEST_CASE("a history continues where its checkpoint was to the same bytes")
         CHECK(second.extremes()[q].least == least);
         CHECK(second.extremes()[q].largest == largest);
     }
+    // The last values are those of the last line, whoever has written it.
+    History unchanged;
+    unchanged.resume(parts, second.bytes(), second.hash());
+    for (const History* h : {&once, &second, &unchanged}) {
+        REQUIRE(h->last().size() == record(5).quantities.size());
+        for (std::size_t q = 0; q < h->last().size(); ++q) {
+            CHECK(h->last()[q].name == record(5).quantities[q].name);
+            CHECK(h->last()[q].unit == record(5).quantities[q].unit);
+            CHECK(h->last()[q].value == record(5).quantities[q].value);
+        }
+    }
     CHECK(read_file(whole).substr(0, 37) == "step,time [s],depth [m],count,contact");
 
     History third;

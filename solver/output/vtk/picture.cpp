@@ -45,7 +45,7 @@ const Ramp kGrey = {{0.86, 0.86, 0.86}, {0.64, 0.64, 0.64}, {0.40, 0.40, 0.40}, 
 struct Scales {
     std::vector<Scale> curvature; ///< of each wire: its own hue, one length of all
     Scale force;
-    bool hues = false; ///< wires are told apart
+    bool hues = false; ///< each wire has its own
     bool tips = false; ///< wires are instruments, which have one
 };
 

@@ -9,7 +9,7 @@ namespace amontons::vtk_module {
 /// One file of a .pvd collection.
 struct Frame {
     double time = 0;  ///< [s]
-    std::string name; ///< of what the file holds; "" if the collection does not tell it
+    std::string name; ///< of what the file holds; "" if the collection has none
     std::filesystem::path file;
 };
 
