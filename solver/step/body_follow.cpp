@@ -8,6 +8,7 @@
 #include <cmath>
 #include <limits>
 #include <map>
+#include <span>
 #include <tuple>
 
 // Steps of motion of second order: joints, springs and the contacts of rigid bodies hold where the
@@ -76,10 +77,27 @@ void BodyStepper::start_following()
     }
 }
 
+namespace {
+
+/// How far joints are from where they hold [m].
+double joints_off(std::span<const Coupling> couplings, std::span<const double> values)
+{
+    double sum = 0;
+    for (std::size_t c = 0; c < couplings.size(); ++c)
+        if (!(couplings[c].softness > 0)) sum += values[c] * values[c];
+    return std::sqrt(sum);
+}
+
+} // namespace
+
 /// The iterate continues by the forces of the step before: directions half way are then known
-/// up to the square of the step. Of rigid bodies alone, whose motion needs nothing else.
+/// up to the square of the step. Of rigid bodies alone, whose motion needs nothing else. A body
+/// that is far lighter than what its joints carry may be thrown off by them, about places that have
+/// moved: then the iterate is that without forces.
 void BodyStepper::expect_motion()
 {
+    constexpr double kThrownOff = 0.05; // joints, of the motion in the step
+    constexpr double kStill = 1e-9;     // of a body's size: motion that does not count
     if (!follows_some()) return;
     for (const BodyRef& b : system_.refs)
         if (!b.rigid) return;
@@ -92,10 +110,20 @@ void BodyStepper::expect_motion()
                                      : Vec3(known->second.x() *
                                             joints_[std::size_t(c - contacts_here)].direction)});
     if (acting.empty()) return;
-    const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    double way = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
-    find();
+        way = std::max({way, step_.h * body(b).speed(), kStill * body(b).size()});
+    std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    const auto move = [&] {
+        for (std::size_t b = 0; b < bodies(); ++b)
+            body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
+        find();
+    };
+    move();
+    if (!(joints_off(system_.couplings, joint_value_) > kThrownOff * way)) return;
+    for (Eigen::VectorXd& f : forces)
+        f.setZero();
+    move();
 }
 
 /// Where all rows hold and all contacts stick, their forces are those of linear equations: most

@@ -50,28 +50,35 @@ BoundingBox as_bounding(const AxisBox& box)
     return {box.low.array(), box.high.array()};
 }
 
-/// The faces that a plane may reach: of a face that is in the hull of its nodes (not T6) those with
-/// a node below it.
-std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& own, double size)
+/// The faces that a plane may cut. Of a face in the hull of its nodes (not T6) these are known to
+/// be the deepest: of all those that are deep in neither way of `shallow` the deepest alone.
+std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& own,
+                                      const Shallow& shallow)
 {
-    constexpr double kRounding = 1e-9; // of the body's size
     const ExternalSurface& surface = own.facets.surface();
     const Vec3 normal = plane.turn * Vec3::UnitZ();
-    const double above = normal.dot(plane.place) + kRounding * size;
-    std::vector<char> clear(own.places.size(), 0);
-    bool some = false;
-    for (const std::int32_t n : surface.used_nodes) {
-        clear[std::size_t(n)] = normal.dot(own.places[std::size_t(n)]) > above;
-        some |= !clear[std::size_t(n)];
-    }
+    std::vector<double> depth(own.places.size());
+    for (const std::int32_t n : surface.used_nodes)
+        depth[std::size_t(n)] = normal.dot(plane.place - own.places[std::size_t(n)]);
     std::vector<std::int32_t> faces;
-    const auto is_clear = [&](std::int32_t n) { return clear[std::size_t(n)] != 0; };
+    std::int32_t deepest = -1;
+    double most = 0;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
         const auto nodes = surface.face(f);
+        OverlapSpot s;
+        for (const std::int32_t n : nodes)
+            s.depth = std::max(s.depth, depth[std::size_t(n)]);
         const bool flat = nodes.size() != 6;
-        if (flat && !some) continue;
-        if (!flat || !std::ranges::all_of(nodes, is_clear)) faces.push_back(std::int32_t(f));
+        if (flat && !(s.depth > 0)) continue;
+        s.face = flat ? longest_edge(surface, f, own.places) : 0;
+        if (!flat || !shallow(s)) {
+            faces.push_back(std::int32_t(f));
+        } else if (s.depth > most) {
+            most = s.depth;
+            deepest = std::int32_t(f);
+        }
     }
+    if (deepest >= 0) faces.push_back(deepest);
     return faces;
 }
 
@@ -311,8 +318,8 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (p.b < 0) {
         const auto distance = distance_from_obstacle(p);
         if (p.plane)
-            overlap_spots(own, distance, faces_below(*p.plane, own, a.solid->size()), spots,
-                          shallow, Inside::convex);
+            overlap_spots(own, distance, faces_below(*p.plane, own, shallow), spots, shallow,
+                          Inside::convex);
         else
             overlap_spots(own, distance, everywhere(), spots, shallow);
         return keep(false);

@@ -250,7 +250,8 @@ StepResult BodySimulation::State::record_accepted(StepRecord r)
     return accepted_step(std::move(r));
 }
 
-/// The state that a run begins from. Quasi-static: the balance that the first loads and places request
+/// The state that a run begins from. Quasi-static: the balance that the first loads and places
+/// request
 /// .
 StepResult BodySimulation::State::begin()
 {
@@ -341,10 +342,17 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
         take_back();
         return *stop ? interrupted_step() : failed_step(why);
     };
+    // An iteration in motion that has left the solution ends where errors are small beside forces
+    // that are huge.
+    const auto generates_energy = [&] {
+        const double gained = std::max(before.energy.error() - energy.error(),
+                                       before.energy.released - energy.released);
+        return dynamic() && energy_fault(gained, energy, energy_scale()) > kEnergyRefused;
+    };
     while (true) {
         const bool shorter = h > least * (1 + 1e-9);
         if (advance(h)) {
-            if (leave_unstable(shorter)) break;
+            if (!(shorter && generates_energy()) && leave_unstable(shorter)) break;
             put_back(before);
         }
         if (*stop) return refused("");
