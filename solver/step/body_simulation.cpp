@@ -250,9 +250,7 @@ StepResult BodySimulation::State::record_accepted(StepRecord r)
     return accepted_step(std::move(r));
 }
 
-/// The state that a run begins from. Quasi-static: the balance that the first loads and places
-/// request
-/// .
+/// The state that a run begins from. Quasi-static: the balance under the first loads and places.
 StepResult BodySimulation::State::begin()
 {
     const auto refused = [&] {
