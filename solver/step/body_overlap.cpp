@@ -52,9 +52,11 @@ BoundingBox as_bounding(const AxisBox& box)
 
 /// The faces that a plane may cut. Of a face in the hull of its nodes (not T6) these are known to
 /// be the deepest: of all those that are deep in neither way of `shallow` the deepest alone.
-std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& own,
-                                      const Shallow& shallow)
+/// @param limits  gives `shallow`, once some face is below the plane
+template <class Limits>
+std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& own, Limits limits)
 {
+    std::optional<Shallow> shallow;
     const ExternalSurface& surface = own.facets.surface();
     const Vec3 normal = plane.turn * Vec3::UnitZ();
     std::vector<double> depth(own.places.size());
@@ -71,7 +73,8 @@ std::vector<std::int32_t> faces_below(const Pose& plane, const PlacedSurface& ow
         const bool flat = nodes.size() != 6;
         if (flat && !(s.depth > 0)) continue;
         s.face = flat ? longest_edge(surface, f, own.places) : 0;
-        if (!flat || !shallow(s)) {
+        if (flat && !shallow) shallow = limits();
+        if (!flat || !(*shallow)(s)) {
             faces.push_back(std::int32_t(f));
         } else if (s.depth > most) {
             most = s.depth;
@@ -318,8 +321,15 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     if (p.b < 0) {
         const auto distance = distance_from_obstacle(p);
         if (p.plane)
-            overlap_spots(own, distance, faces_below(*p.plane, own, shallow), spots, shallow,
-                          Inside::convex);
+            // With the thickness, known or not: a resumed run measures the same faces.
+            overlap_spots(own, distance,
+                          faces_below(*p.plane, own,
+                                      [&] {
+                                          return Shallow{shallow.of_face,
+                                                         kRowsAhead * kRowsOfThickness *
+                                                             thinner_of(bodies, p)};
+                                      }),
+                          spots, shallow, Inside::convex);
         else
             overlap_spots(own, distance, everywhere(), spots, shallow);
         return keep(false);
