@@ -177,8 +177,8 @@ def contact_calls(count, rng):
 
 def study_calls(count, rng, folder):
     def work():
-        return interrupted(lambda: am.study(block("H8", 12), sweep={"time.step": [0.1, 0.05]}, quantity="floor_on_block_force_z",
-                                            output=tempfile.mkdtemp(dir=folder)), rng.uniform(0.1, 2))
+        return interrupted(lambda: am.study(block("H8", 20), sweep={"time.step": [0.1, 0.05]}, quantity="floor_on_block_force_z",
+                                            output=tempfile.mkdtemp(dir=folder)), rng.uniform(0.05, 1))
     yield "study", [t for t in (work() for _ in range(count)) if t is not None]
 
 

@@ -43,8 +43,8 @@ struct LargeSolid {
     Vec f = nullptr, y = nullptr;
     KSP solver = nullptr;
     bool relaxed = false;
-    std::vector<std::int32_t> added_node; // what blocks() has added to own rows
-    std::vector<double> added;
+    std::vector<std::int32_t> added_node; // to what blocks of own rows blocks() has added
+    std::vector<double> before;           // and what was there, 9 of each
     // Rank 0:
     std::vector<std::int32_t> number; ///< new number of each node
     std::vector<int> counts, starts;  ///< of each rank, in doubles
@@ -229,35 +229,6 @@ void set_method(LargeSolid& s, bool symmetric)
     check(KSPSetNormType(s.solver, KSP_NORM_UNPRECONDITIONED));
 }
 
-/// @param node   2 new numbers of each block, of all ranks
-void add_blocks(LargeSolid& s, const std::vector<std::int32_t>& node,
-                const std::vector<double>& value, bool symmetric, bool renew)
-{
-    const auto add = [&](std::int32_t row, std::int32_t column, const double* block) {
-        check(MatSetValuesBlocked(s.A, 1, &row, 1, &column, block, ADD_VALUES));
-    };
-    for (double& v : s.added)
-        v = -v;
-    for (std::size_t k = 0; 9 * k < s.added.size(); ++k)
-        add(s.added_node[2 * k], s.added_node[2 * k + 1], &s.added[9 * k]);
-    s.added.clear();
-    s.added_node.clear();
-    for (std::size_t k = 0; 9 * k < value.size(); ++k) {
-        if (node[2 * k] < s.first || node[2 * k] >= s.first + s.own) continue;
-        add(node[2 * k], node[2 * k + 1], &value[9 * k]);
-        s.added_node.insert(s.added_node.end(), {node[2 * k], node[2 * k + 1]});
-        s.added.insert(s.added.end(), &value[9 * k], &value[9 * k] + 9);
-    }
-    check(MatAssemblyBegin(s.A, MAT_FINAL_ASSEMBLY));
-    check(MatAssemblyEnd(s.A, MAT_FINAL_ASSEMBLY));
-    check(MatSetOption(s.A, MAT_SYMMETRIC, symmetric ? PETSC_TRUE : PETSC_FALSE));
-    check(MatSetOption(s.A, MAT_SPD, symmetric ? PETSC_TRUE : PETSC_FALSE));
-    check(KSPSetOperators(s.solver, s.A, s.A));
-    set_method(s, symmetric);
-    check(KSPSetReusePreconditioner(s.solver, renew ? PETSC_FALSE : PETSC_TRUE));
-    check(KSPSetFromOptions(s.solver));
-}
-
 /// On the finest level the three rows of a node are relaxed together: contact directions are not
 /// the axes. Coarser levels, where an aggregate of few nodes may lack a rotation and its block is
 /// singular, keep their diagonal.
@@ -279,6 +250,45 @@ void relax_by_nodes(LargeSolid& s)
     check(KSPSetOperators(finest, s.A, s.A));
 }
 
+/// @param node   2 new numbers of each block, of all ranks
+void add_blocks(LargeSolid& s, const std::vector<std::int32_t>& node,
+                const std::vector<double>& value, bool symmetric, bool renew)
+{
+    // What was there before is put back, to the bit: taking off again what was added would leave
+    // roundings, and a step that is repeated would have others.
+    for (std::size_t k = 0; 2 * k < s.added_node.size(); ++k)
+        check(MatSetValuesBlocked(s.A, 1, &s.added_node[2 * k], 1, &s.added_node[2 * k + 1],
+                                  &s.before[9 * k], INSERT_VALUES));
+    check(MatAssemblyBegin(s.A, MAT_FINAL_ASSEMBLY));
+    check(MatAssemblyEnd(s.A, MAT_FINAL_ASSEMBLY));
+    s.before.clear();
+    s.added_node.clear();
+    std::vector<std::size_t> own;
+    for (std::size_t k = 0; 9 * k < value.size(); ++k) {
+        if (node[2 * k] < s.first || node[2 * k] >= s.first + s.own) continue;
+        own.push_back(k);
+        s.added_node.insert(s.added_node.end(), {node[2 * k], node[2 * k + 1]});
+        s.before.resize(s.before.size() + 9);
+        const PetscInt row = 3 * node[2 * k], column = 3 * node[2 * k + 1];
+        const PetscInt rows[] = {row, row + 1, row + 2},
+                       columns[] = {column, column + 1, column + 2};
+        check(MatGetValues(s.A, 3, rows, 3, columns, &s.before[s.before.size() - 9]));
+    }
+    for (const std::size_t k : own)
+        check(MatSetValuesBlocked(s.A, 1, &node[2 * k], 1, &node[2 * k + 1], &value[9 * k],
+                                  ADD_VALUES));
+    check(MatAssemblyBegin(s.A, MAT_FINAL_ASSEMBLY));
+    check(MatAssemblyEnd(s.A, MAT_FINAL_ASSEMBLY));
+    check(MatSetOption(s.A, MAT_SYMMETRIC, symmetric ? PETSC_TRUE : PETSC_FALSE));
+    check(MatSetOption(s.A, MAT_SPD, symmetric ? PETSC_TRUE : PETSC_FALSE));
+    check(KSPSetOperators(s.solver, s.A, s.A));
+    set_method(s, symmetric);
+    check(KSPSetReusePreconditioner(s.solver, renew ? PETSC_FALSE : PETSC_TRUE));
+    check(KSPSetFromOptions(s.solver));
+    // Multigrid's interpolation is kept: that of the solid alone, whatever is solved first.
+    relax_by_nodes(s);
+}
+
 /// The requested outputs of a solve are filled: iterations, reached, ending.
 void solve(LargeSolid& s, AmontonsLargeSolve& how)
 {
@@ -293,7 +303,6 @@ void solve(LargeSolid& s, AmontonsLargeSolve& how)
         check(VecSet(s.y, 0));
         return;
     }
-    relax_by_nodes(s);
     check(KSPSetTolerances(s.solver, how.tolerance, 0, 1e8, how.most_iterations));
     KSPConvergedReason reason{};
     const auto run = [&] {
