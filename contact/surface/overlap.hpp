@@ -132,8 +132,8 @@ enum class Inside {
     convex, ///< everything is beyond each of the distance's tangent planes
 };
 
-/// How much deeper than a place that is known something could be for the search to be made: what a
-/// tangent plane excludes beyond is rounding (of its size).
+/// Of a body's or face's size (ratio): what tangent planes leave deeper than a known place by less
+/// is rounding, for which nothing is searched.
 constexpr double kNoDeeper = 1e-12;
 
 /// Places of a surface inside an exact shape, at most one of each face, the deepest there: exact to
@@ -151,7 +151,7 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
                    std::span<const std::int32_t> faces, std::vector<OverlapSpot>& spots,
                    const Shallow& shallow = {}, Inside inside = Inside::any);
 
-/// A lower bound of a convex distance on the hull of some points, by the tangent planes at them.
+/// Lower bound of a convex distance [m] on the hull of some points, by the tangent planes at them.
 /// @param at  the distance at each of the points
 double least_by_tangents(std::span<const Vec3> points, std::span<const WallSample> at);
 
