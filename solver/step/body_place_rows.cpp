@@ -63,8 +63,9 @@ void ContactFinder::add_rows_ahead(std::span<const BodyOverlap> overlaps)
 
 namespace {
 
-std::optional<FaceDistance::Foot> exit_from(const FaceDistance& surface, const Vec3& x,
-                                            const Vec3& way, double longest, std::int32_t& hint)
+std::optional<FaceDistance::Foot> exit_from_mesh(const FaceDistance& surface, const Vec3& x,
+                                                 const Vec3& way, double longest,
+                                                 std::int32_t& hint)
 {
     const std::optional<FaceDistance::Foot> nearest = surface.at(x, hint);
     if (!nearest || !(nearest->distance < 0) || way.isZero(0)) return nearest;
@@ -146,7 +147,7 @@ void ContactFinder::add_place_rows(const std::vector<BodyRef>& bodies, int pair,
                 k.gap = s.distance;
                 normal = s.normal;
             } else {
-                const auto foot = exit_from(*faces, k.point, -out_of, 2 * reach_, hint);
+                const auto foot = exit_from_mesh(*faces, k.point, -out_of, 2 * reach_, hint);
                 if (!foot || std::abs(foot->distance) > 2 * reach_) continue;
                 foot_place = faces->place_of(*foot);
                 normal = smooth_normal_at(*foot, foot_place, *opposite->facets, *smooth);
