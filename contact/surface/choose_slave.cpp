@@ -14,7 +14,7 @@ namespace {
 
 constexpr double kContrast = 30; ///< of stiffness: decides before fineness
 constexpr double kAlike = 1e-2;  ///< difference of area per multiplier that does not count
-constexpr double kBeyondRadii = 1e-6;
+constexpr double kSameDistance = 1e-6;
 
 /// A face by what counts here.
 struct FaceSize {
@@ -48,7 +48,7 @@ std::vector<FaceSize> sizes_of(const ExternalSurface& surface, std::span<const V
     return sizes;
 }
 
-BoundingTree triangles_of(const ExternalSurface& surface, std::span<const Vec3> places)
+BoundingTree corner_tree(const ExternalSurface& surface, std::span<const Vec3> places)
 {
     std::vector<BoundingTree::Corners> corners;
     for (std::size_t f = 0; f < surface.faces.size(); ++f) {
@@ -91,7 +91,7 @@ double coarseness(std::span<const FaceSize> faces, const BoundingTree* other)
     const double least = far.empty() ? 0 : *std::min_element(far.begin(), far.end());
     double area = 0, multipliers = 0;
     for (std::size_t f = 0; f < faces.size(); ++f) {
-        if (far[f] > least + (1 + kBeyondRadii) * faces[f].radius) continue;
+        if (far[f] > least + (1 + kSameDistance) * faces[f].radius) continue;
         area += faces[f].area;
         multipliers += faces[f].share;
     }
@@ -111,9 +111,9 @@ bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, do
     const Sphere around_a = sphere_around(faces_a), around_b = sphere_around(faces_b);
     std::optional<BoundingTree> tree_a, tree_b; // of bodies that are near each other
     if ((around_a.centre - around_b.centre).norm() <=
-        (1 + kBeyondRadii) * (around_a.radius + around_b.radius)) {
-        tree_a.emplace(triangles_of(a, a_places));
-        tree_b.emplace(triangles_of(b, b_places));
+        (1 + kSameDistance) * (around_a.radius + around_b.radius)) {
+        tree_a.emplace(corner_tree(a, a_places));
+        tree_b.emplace(corner_tree(b, b_places));
     }
     const double of_a = coarseness(faces_a, tree_b ? &*tree_b : nullptr),
                  of_b = coarseness(faces_b, tree_a ? &*tree_a : nullptr);

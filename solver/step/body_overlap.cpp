@@ -92,6 +92,7 @@ struct RowLimits {
 
 /// Between meshes rows leave what integrals over the faces leave on average, and less of a place
 /// that next to nothing presses out, as between the nodes of coarse faces: there would be no force.
+/// There they leave what is allowed of any face, so that the force begins at zero.
 /// @param pressed  how far strain has pressed both sides apart [m]; none: enough
 RowLimits between_meshes(const OverlapSpot& s, double allowed, std::optional<double> pressed)
 {
@@ -99,7 +100,7 @@ RowLimits between_meshes(const OverlapSpot& s, double allowed, std::optional<dou
     if (!pressed) return {mean, allowed};
     const double least = std::min(kAllowedOfFace * s.face, allowed);
     const double carried = std::min(*pressed / (s.depth + *pressed) / kCarried, 1.0);
-    return {carried * mean, least + carried * (allowed - least)};
+    return {least + carried * (mean - least), least + carried * (allowed - least)};
 }
 
 /// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
