@@ -218,7 +218,7 @@ Condensed condense(BodySystem& system, int handle, HeldBody& held, const StepInp
         // Rigidly carried, if the weights of its nodes sum to one: then turns are exact.
         const BodyPlace at = k.a == handle ? all.place_a(k) : all.place_b(k);
         double weight = at.nodes.empty() ? 1 : 0;
-        c.arm = at.nodes.empty() ? Vec3(at.point - held.pose().position) : Vec3(Vec3::Zero());
+        c.arm = at.nodes.empty() ? Vec3(at.point - held.arm_from()) : Vec3(Vec3::Zero());
         for (const StencilEntry& e : at.nodes) {
             const Vec3& x = system.refs[std::size_t(handle)].solid->places()[std::size_t(e.node)];
             weight += e.weight;

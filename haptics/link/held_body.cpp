@@ -53,6 +53,7 @@ void HeldBody::begin(const StepInput& step)
 {
     step_ = step;
     now_ = state_;
+    begun_ = state_.position;
     drive();
     inner_.begin(step);
 }
@@ -69,8 +70,7 @@ void HeldBody::add_column(const BodyPlace& at, const Vec3& direction, double sca
     Vec3 moment = Vec3::Zero();
     double weight = 1;
     if (at.nodes.empty()) {
-        const bool of_start = step_.dynamic && !at.half_way; // as of rigid bodies
-        moment = (at.point - (of_start ? state_ : now_).position).cross(direction);
+        moment = (at.point - (at.half_way ? now_.position : arm_from())).cross(direction);
     } else {
         weight = 0;
         for (const StencilEntry& e : at.nodes) {

@@ -24,6 +24,9 @@ public:
     const HandPose& device() const { return device_; }
     const HandPose& pose() const { return state_; } ///< of the handle, accepted
     const Wrench& force() const { return force_; }  ///< of the contacts on the handle, accepted
+    /// Where the arms of contacts with a rigid handle begin: in motion contacts are where the step
+    /// found them at its start, and so is this [m].
+    const Vec3& arm_from() const { return step_.dynamic ? begun_ : now_.position; }
     const HandleSpring& spring() const { return spring_; }
     /// W without the springs: of the elastic part alone. @param C  unknowns x any number
     void held_compliance(const SparseColumns& C, Eigen::MatrixXd& W);
@@ -74,6 +77,7 @@ private:
     HandleSpring spring_;
     StepInput step_;
     HandPose device_, state_, now_;
+    Vec3 begun_ = Vec3::Zero(); ///< the frame's place where the last step began [m]
     Wrench force_;
 };
 

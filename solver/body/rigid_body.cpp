@@ -13,7 +13,8 @@ namespace {
 
 // In a step of motion that does not follow them, contacts are as the step found them at its start,
 // and so are their arms: after some iterations the centre has moved on, and an arm from there would
-// be off by what the body slides in a step. The anchors of joints move along with the iterate.
+// be off by what the body slides in a step; so would one from where the step has ended, when its
+// contacts are condensed for the hand. The anchors of joints move along with the iterate.
 bool is_of_start(const BodyPlace& at, const StepInput& step)
 {
     return step.dynamic && !step.follows && !at.half_way;
@@ -116,6 +117,7 @@ void RigidBody::begin(const StepInput& step)
 {
     step_ = step;
     now_ = state_;
+    begun_ = state_.centre;
     modes_.resize(6, 0);
     if (driven()) {
         modes_.resize(0, 0);
@@ -239,7 +241,7 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
         return;
     }
     const Vec3 moment = (step_.follows ? Vec3(at.point - 0.5 * (state_.centre + now_.centre))
-                                       : arm_of(at, step_, state_.centre, now_.centre))
+                                       : arm_of(at, step_, begun_, now_.centre))
                             .cross(direction);
     for (int i = 0; i < 3; ++i) // ascending, so that columns need not be sorted
         out.emplace_back(i, column, scale * direction[i]);
@@ -287,13 +289,13 @@ bool RigidBody::is_of_revolution_about(const Vec3& axis) const
 Vec3 RigidBody::iterate_velocity(const BodyPlace& at) const
 {
     if (at.turns) return now_.spin;
-    return now_.velocity + now_.spin.cross(arm_of(at, step_, state_.centre, now_.centre));
+    return now_.velocity + now_.spin.cross(arm_of(at, step_, begun_, now_.centre));
 }
 
 Vec3 RigidBody::start_velocity(const BodyPlace& at) const
 {
     if (at.turns) return state_.spin;
-    const Vec3 arm = arm_of(at, step_, state_.centre, now_.centre);
+    const Vec3 arm = arm_of(at, step_, begun_, now_.centre);
     return state_.velocity +
            state_.spin.cross(
                is_of_start(at, step_) ? arm : Vec3(state_.turn * (now_.turn.conjugate() * arm)));
@@ -303,7 +305,7 @@ Vec3 RigidBody::past_velocity(const BodyPlace& at) const
 {
     if (driven()) return (1 - step_.rule.end) * iterate_velocity(at);
     if (at.turns) return past_spin_;
-    const Vec3 arm = arm_of(at, step_, state_.centre, now_.centre);
+    const Vec3 arm = arm_of(at, step_, begun_, now_.centre);
     return past_velocity_ +
            past_spin_.cross(
                is_of_start(at, step_) ? arm : Vec3(state_.turn * (now_.turn.conjugate() * arm)));
@@ -523,6 +525,7 @@ void RigidBody::set_state(std::span<const double> s)
         s = s.subspan(static_cast<std::size_t>(v.size()));
     };
     take(state_.centre);
+    begun_ = state_.centre;
     take(state_.turn.coeffs());
     take(state_.velocity);
     take(state_.spin);

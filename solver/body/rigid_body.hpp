@@ -134,6 +134,7 @@ private:
     Mat3 inverse_inertia_ = Mat3::Zero();
     StepInput step_;
     Motion state_, now_;
+    Vec3 begun_ = Vec3::Zero(); ///< centre where the last step began [m]
     std::optional<Placement> driven_to_;
     Vec3 carried_ = Vec3::Zero(), carried_torque_ = Vec3::Zero();       ///< about its own centre
     Vec3 carried_before_ = Vec3::Zero(), torque_before_ = Vec3::Zero(); ///< at the state

@@ -260,6 +260,7 @@ void RodBody::begin(const StepInput& step)
     if (material_ && !step.dynamic) turn_with_sheath();
     last_motion_ = before_last_ = std::numeric_limits<double>::infinity();
     if (!step.dynamic) return;
+    begun_ = state_;
     begin_memory();
     // The iterate stands where the step starts.
     for (std::size_t i = 0; i < now_.velocity.size(); ++i)

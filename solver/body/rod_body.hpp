@@ -364,6 +364,8 @@ private:
     // dynamic steps
     void begin_memory();
     void dynamic_residual();
+    Vec3 moment_of_loads(const Motion& m) const;
+    void leave_no_inner_moment(const Motion& middle);
     void place_by_velocity();
     BeamNode half_way(int node) const; ///< of a dynamic step
     Motion between() const;            ///< where a step's one force is taken
@@ -389,6 +391,7 @@ private:
 
     StepInput step_;
     Motion state_, now_;
+    Motion begun_;            ///< where the last step of motion began, on its mesh
     std::vector<Vec6> moved_; ///< sum of the step's motions, turns in the sections' axes
     RodMatrix K_, M_;
     bool whole_matrix_ = false; ///< K_, inner_ and load_ are what forces() makes of the iterate
@@ -429,9 +432,11 @@ private:
     struct Memory { // of the generalised-alpha rule
         bool begun = false;
         std::vector<Vec6> velocity, force; ///< filtered rates
-        std::vector<Vec6> force_now;       ///< inner forces less loads, at the state
-    } memory_, memory_at_start_;           ///< at the state; the same on the step's mesh
+        std::vector<Vec6> force_now;       ///< loads less inner forces, at the state
+        Vec3 moment = Vec3::Zero(), moment_now = Vec3::Zero(); ///< of loads, about the origin
+    } memory_, memory_at_start_; ///< at the state; the same on the step's mesh
     std::vector<Vec6> past_velocity_, past_force_;
+    Vec3 past_moment_ = Vec3::Zero(); ///< of loads
 
     Eigen::VectorXd path_; ///< last step along the path
     double most_fed_ = -1; ///< where the feed was stopped [m]; < 0: it is not

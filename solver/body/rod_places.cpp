@@ -333,7 +333,7 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
     if (compliant_in_sheath() && e == sheath_.node && !step_.dynamic)
         v.head<3>() = along_by_way(now_.nodes, rod_.law[std::size_t(e)].length, xi).dot(direction) *
                       along_sheath();
-    const Vec3 centre = step_.dynamic ? place_on(state_, e, xi).x : p.x;
+    const Vec3 centre = step_.dynamic ? place_on(begun_, e, xi).x : p.x;
     const Vec3 moment = (at.point - centre).cross(direction);
     for (int i = 0; i < 2; ++i)
         v.segment<3>(6 * i + 3) +=
@@ -393,7 +393,7 @@ Vec3 RodBody::iterate_velocity(const BodyPlace& at) const
         spin_between(now_.nodes, now_.velocity, {e, rod_.second(e)}, std::max(xi, 0.0));
     if (at.turns) return spin;
     const bool of_start = step_.dynamic && !at.half_way;
-    const Vec3 centre = of_start ? place_on(state_, e, start).x : place_on(now_, e, xi).x;
+    const Vec3 centre = of_start ? place_on(begun_, e, start).x : place_on(now_, e, xi).x;
     return point_velocity(now_, now_.velocity, e, xi) + spin.cross(at.point - centre);
 }
 
@@ -407,7 +407,7 @@ Vec3 RodBody::with_velocity(const std::vector<Vec6>& velocity, const BodyPlace& 
     // A joint: the place of the iterate's cross-section, at the state.
     const Vec3 arm =
         step_.dynamic && !at.half_way
-            ? Vec3(at.point - place_on(state_, e, xi).x)
+            ? Vec3(at.point - place_on(begun_, e, xi).x)
             : Vec3(section(state_, e, xi) * (section(now_, e, std::max(now, 0.0)).transpose() *
                                              (at.point - place_on(now_, e, now).x)));
     return point_velocity(state_, velocity, e, xi) + spin.cross(arm);

@@ -11,7 +11,7 @@ namespace amontons {
 namespace {
 
 constexpr std::string_view kMagic = "amontons checkpoint\n"; // so that `head` states what it is
-constexpr std::uint64_t kVersion = 9;
+constexpr std::uint64_t kVersion = 10;
 constexpr std::uint64_t kOrder = 0x0102030405060708; // reads differently on a foreign machine
 
 void put_number(std::string& bytes, std::uint64_t value)

@@ -23,7 +23,6 @@ namespace amontons {
 namespace {
 
 constexpr int kMostRowsHeld = 1500; // dense algebra on them
-constexpr double kRounding = 1e-13; // of the largest eigenvalue of W
 constexpr double kHolds[] = {1,   4,    16,  64,
                              256, 1024, 4096}; // Gamma, over the mean compliance of a row
 
@@ -133,6 +132,7 @@ bool BodyStepper::use_true_tangent(std::vector<Eigen::MatrixXd>& W,
 /// many negative eigenvalues as the rods have.
 std::string BodyStepper::rod_that_buckles() const
 {
+    constexpr double kNone = 1e-13; // of the largest eigenvalue of W
     if (!step_.dynamic) return "";
     int negative = 0;
     std::string name;
@@ -155,7 +155,7 @@ std::string BodyStepper::rod_that_buckles() const
     }
     if (!held.empty()) {
         const Eigen::VectorXd values = symmetric_eigenvalues(problem_.W.part(held));
-        negative -= int((values.array() < -kRounding * values.cwiseAbs().maxCoeff()).count());
+        negative -= int((values.array() < -kNone * values.cwiseAbs().maxCoeff()).count());
     }
     return negative > 0 ? name : "";
 }

@@ -181,9 +181,13 @@ std::vector<Finding> check_sheaths(const WrittenRun& run)
                                    (2 * segment->at("EA").at(0).get<double>());
             // Sections are linear but for terms of third order in the strain. A contact's place is
             // known to what the arm of its force may be off by.
+            // The element at the sheath's end, up to half as long again as a whole one, is a cubic:
+            // a thrust bends it by more, of the square of thrust over stiffness.
+            const double first = 1.5 * element,
+                         thrust = std::max(std::abs(axial), std::abs(push)) * first * first / stiff;
             // ---- Comparison
-            const double allowed =
-                100 * scale.accuracy * (scale.force + size) + scale.rounding + 1e-4 * eshelby;
+            const double allowed = 100 * scale.accuracy * (scale.force + size) + scale.rounding +
+                                   (1e-4 + 0.01 * thrust * thrust) * eshelby;
             const double off = std::abs(push + force.dot(d) + eshelby + stretch),
                          twisted = std::abs(torque + moment.dot(d)),
                          allowed_twist = 1e-6 * turning + allowed * scale.length;

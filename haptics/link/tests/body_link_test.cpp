@@ -84,6 +84,92 @@ const char* const kPad = R"({
   "time": {"step": 0.05, "end": 2}
 })";
 
+// ---- A handle in series with what it presses or pulls
+
+/// A bar of 0.01 x 0.01 x 0.05 m with nu = 0: EA / L = 200 N/m.
+const std::string kBarOf = R"({"kind": "solid", "youngs_modulus": 1e5, "poisson_ratio": 0,
+    "mesh": {"generate": "box", "size": [0.01, 0.01, 0.05], "cells": [2, 2, 5], "element": "H8"},
+    "start": {"place": [0, 0, 0.025]}, )";
+constexpr double kOfBar = 200;
+
+std::string in_hand(const std::string& handle, const std::string& bodies, const std::string& more)
+{
+    return R"({"schema": 1, "bodies": {)" + bodies + "}, " + more + R"(, "haptic": {"handle": ")" +
+           handle + R"(", "device": "touch"}, "time": {"step": 0.05, "end": 2}})";
+}
+
+struct InSeries {
+    std::string what, scene;
+    double own; ///< [N/m]
+    double way; ///< up [m], of which ...
+    double gap; ///< ... this is free
+    double tolerance;
+};
+
+std::vector<InSeries> handles_in_series()
+{
+    const auto touch = [](const char* a, const char* b) {
+        return std::string(R"("contact": [{"between": [")") + a + R"(", ")" + b +
+               R"("], "friction": 0.3}])";
+    };
+    const auto couple = [](const char* kind, const char* body, const char* place,
+                           const char* more = "") {
+        return std::string(R"("couplings": [{"kind": ")") + kind + R"(", "between": ["handle", ")" +
+               body + R"("], "at": )" + place + more + "}]";
+    };
+    const std::string floor =
+        R"("floor": {"kind": "obstacle", "surface": {"generate": "plane", "centre": [0, 0, -0.0005]}})";
+    const std::string small =
+        R"("handle": {"kind": "rigid", "shape": {"generate": "ball", "radius": 0.002},
+        "start": {"place": )";
+    const double EI = 1e-3, L = 0.05;
+    const std::string wire =
+        R"("wire": {"kind": "beam", "segments": [{"length": 0.1, "radius": 5e-4,
+        "EI": 1e-3, "element": 2.5e-3}], "introducer": {"at": [0, 0, 0], "direction": [1, 0, 0]},
+        "drive": {"insertion": [[0, 0.05], [10, 0.05]]}})";
+    return {
+        {"a rigid body on a solid",
+         in_hand("handle",
+                 R"("bar": )" + kBarOf + R"("hold": [{"set": "z_min"}]}, "handle": {"kind": "rigid",
+                 "shape": {"generate": "box", "size": [0.02, 0.02, 0.01]},
+                 "start": {"place": [0, 0, 0.0555]}})",
+                 touch("handle", "bar")),
+         kOfBar, -1e-3, 5e-4, 1e-6},
+        {"a solid on an obstacle",
+         in_hand("bar",
+                 R"("bar": )" + kBarOf + R"("hold": [{"set": "z_max"}], "drive": {"z": 0}}, )" +
+                     floor,
+                 touch("bar", "floor")),
+         kOfBar, -1e-3, 5e-4, 1e-6},
+        {"a solid on a weld",
+         in_hand("handle",
+                 R"("bar": )" + kBarOf + R"("hold": [{"set": "z_min"}]}, )" + small +
+                     "[0, 0, 0.05]}}",
+                 couple("weld", "bar", "[0, 0, 0.05]", R"(, "set": "z_max")")),
+         kOfBar, 1e-3, 0, 1e-6},
+        {"a clamped rod on a ball joint",
+         in_hand("handle",
+                 R"("rod": {"kind": "rod", "segments": [{"length": 0.05, "radius": 5e-4, "EI": 1e-3,
+                     "element": 5e-3}], "shape": {"start": [0, 0, 0], "direction": [1, 0, 0]},
+                     "hold": [{"set": "start"}]}, )" +
+                     small + "[0.05, 0, 0]}}",
+                 couple("ball", "rod", "[0.05, 0, 0]")),
+         3 * EI / (L * L * L), 2e-4, 0, 1e-3},
+        {"the tip of a wire on a ball joint",
+         in_hand("handle", wire + ", " + small + "[0.05, 0, 0]}}",
+                 couple("ball", "wire", "[0.05, 0, 0]")),
+         3 * EI / (L * L * L), 2e-4, 0, 0.01},
+        {"a stiff solid on a wire, at the edge of the solid",
+         in_hand("pad",
+                 R"("pad": {"kind": "solid", "youngs_modulus": 1e8, "poisson_ratio": 0.3,
+                     "mesh": {"generate": "box", "size": [0.02, 0.01, 0.01], "cells": [2, 2, 2],
+                     "element": "H8"}, "start": {"place": [0.055, 0, 0.0056]},
+                     "hold": [{"set": "z_max"}], "drive": {"z": 0}}, )" +
+                     wire,
+                 touch("pad", "wire")),
+         3 * EI / (0.045 * 0.045 * 0.045), -4e-4, 1e-4, 0.03}};
+}
+
 /// A rigid ball on a spring.
 const char* const kSpring = R"({
   "schema": 1,
@@ -193,6 +279,21 @@ TEST_CASE("a hand presses a ball on a clamped rod by 192 EI / L^3, and on a wire
     }
 }
 
+TEST_CASE("a hand is in series with what it presses and pulls")
+{
+    for (const InSeries& c : handles_in_series()) {
+        CAPTURE(c.what);
+        BodyWorld w(c.scene.c_str());
+        const double k = w.set.link.spring.stiffness;
+        for (const double share : {0.5, 1.0})
+            REQUIRE_MESSAGE(w.link.step(at(w.link.start(), {0, 0, share * c.way})),
+                            w.link.refusal());
+        const double pressed = c.way + (c.way < 0 ? c.gap : -c.gap);
+        CHECK(w.link.held().force().force.z() ==
+              doctest::Approx(-k * c.own / (k + c.own) * pressed).epsilon(c.tolerance));
+    }
+}
+
 TEST_CASE("a hand that pulls at a spring feels it beside its own")
 {
     BodyWorld w(kSpring);
@@ -254,6 +355,36 @@ TEST_CASE("the reduced operator gives the force of the full step at its pose")
             CHECK((tick.wrench.force - full).norm() <= 1e-6 * std::max(full.norm(), 0.1));
         }
         CHECK(w.link.held().force().force.norm() > 0.1);
+    }
+}
+
+TEST_CASE("contacts of a hand in motion have their arms under the ball, however far it slides")
+{
+    std::string text = kBall;
+    text.replace(text.find(R"("step": 0.05)"), 12, R"("kind": "dynamic", "step": 0.05)");
+    text.insert(text.find(R"("start": {"place": [0, 0, 0.011]})"), R"("mass": 0.1, )");
+    BodyWorld w(text.c_str());
+    const double radius = 0.01;
+    for (int k = 1; k <= 12; ++k) { // down, then aside by 3 mm a step
+        REQUIRE(w.link.step(
+            at(w.link.start(), {0.003 * std::max(k - 6, 0), 0, -3e-4 * std::min(k, 6)})));
+        if (k <= 6) continue;
+        ReducedOperator<double> op(300);
+        REQUIRE(w.link.publish(op, 0.02 * k, std::uint64_t(k)));
+        REQUIRE(op.contacts == 1);
+        const CandidateContact& c = op.contact[0];
+        const Wrench& full = w.link.held().force();
+        CAPTURE(k);
+        CHECK(full.force.z() > 0.1);
+        CHECK(c.rigid);
+        CHECK(c.arm.head<2>().norm() < 1e-9);
+        CHECK(c.arm.z() == doctest::Approx(-radius).epsilon(0.02));
+        Eigen::Matrix<double, 3, 6> J;
+        J.leftCols<3>() = c.frame.transpose();
+        for (int i = 0; i < 3; ++i)
+            J.block<1, 3>(i, 3) = c.arm.cross(Vec3(c.frame.col(i))).transpose();
+        CHECK((c.J - J).norm() < 1e-9);
+        CHECK((full.torque - c.arm.cross(full.force)).norm() < 1e-9);
     }
 }
 

@@ -277,6 +277,73 @@ TEST_CASE("a box that a wire pushes at constant speed stays upright, however lon
     }
 }
 
+TEST_CASE("a wire that pushes a free solid, or a rod that rolls, at constant acceleration")
+{
+    // A block: m a + mu m g. A round rod that lies across and is pushed at the height of its middle
+    // line rolls: 3/2 m a.
+    const double a = 3, T = 0.1, density = 3000, side = 4e-3, radius = 1e-3, length = 0.02;
+    const int steps = 100;
+    struct Pushed {
+        std::string body;
+        double height, from, force;
+    };
+    const double block = density * side * side * side,
+                 bar = density * std::numbers::pi * radius * radius * length;
+    for (const Pushed& p :
+         {Pushed{fmt::format(R"({{"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": 0.3,
+              "density": {0}, "mesh": {{"generate": "box", "size": [{1}, {1}, {1}],
+              "cells": [2, 2, 2], "element": "H8"}}, "start": {{"place": [0.0222, 0, {2}]}}}})",
+                             density, side, side / 2),
+                 side / 2, 0.02, block * a + 0.3 * block * kGravity},
+          Pushed{fmt::format(R"({{"kind": "rod", "segments": [{{"length": {0}, "radius": {1},
+              "EI": 0.1, "element": {2}, "density": {3}}}],
+              "shape": {{"start": [0.0212, {4}, {1}], "direction": [0, 1, 0]}}}})",
+                             length, radius, length / 4, density, -length / 2),
+                 radius, 0.02, 1.5 * bar * a}}) {
+        CAPTURE(p.body);
+        const Result r = done(fmt::format(
+            R"("gravity": [0, 0, -9.81], "bodies": {{{0}, "body": {1},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 2e-4, "EI": 1e-3,
+                "element": 2.5e-3, "density": 1}}],
+                "introducer": {{"at": [0, 0, {2}], "direction": [1, 0, 0]}},
+                "drive": {{"insertion": {3}}}}}}},
+            "contact": [{{"between": ["body", "floor"], "friction": 0.3}},
+                        {{"between": ["wire", "body"]}}],
+            "time": {{"kind": "dynamic", "step": {4:.17g}, "end": {5}}})",
+            kFloor, p.body, p.height, accelerated(p.from, a, T, steps), T / steps, T));
+        for (const std::size_t i : {std::size_t(60), r.records.size() - 1})
+            CHECK(r.value("wire_push_force", i) == relative(p.force).epsilon(0.01));
+        CHECK(r.summary.uncertified_steps == 0);
+    }
+}
+
+TEST_CASE("a clip whose legs are pressed onto each other in free space does not drift")
+{
+    // The legs cross where two opposite forces press them: no momentum.
+    const double to_crossing = std::hypot(0.0125, 0.0025),
+                 length = 2 * std::hypot(0.0625, 0.0125) + std::hypot(0.02, 0.008);
+    const Result r = done(fmt::format(R"("bodies": {{"clip": {{"kind": "rod",
+        "segments": [{{"length": {0:.17g}, "radius": 0.001, "EI": 1e-3, "element": 0.005,
+            "density": 3000}}],
+        "shape": {{"points": [{{"at": [-0.0125, -0.0025, 0.004]}}, {{"at": [0.05, 0.01, 0.004]}},
+            {{"at": [0.05, -0.01, -0.004]}}, {{"at": [-0.0125, 0.0025, -0.004]}}]}},
+        "loads": [{{"at": {1:.17g}, "force": [0, 0, -0.4]}},
+                  {{"at": {2:.17g}, "force": [0, 0, 0.4]}}]}}}},
+        "contact": [{{"between": ["clip", "clip"], "friction": 0.2}}],
+        "time": {{"kind": "dynamic", "step": 5e-4, "end": 0.02, "damping": 40}})",
+                                      length, to_crossing, length - to_crossing));
+    int touching = 0;
+    for (std::size_t i = 0; i < r.records.size(); ++i) {
+        const double impulse = 0.4 * r.records[i].time;
+        CHECK(r.vector("momentum", i).norm() <= 1e-9 * impulse);
+        touching += r.value("clip_on_clip_normal_force", i) > 0.01;
+    }
+    CHECK(touching >= 10);
+    CHECK(r.summary.energy.friction > 0);
+    CHECK(r.summary.uncertified_steps == 0);
+    CHECK(std::abs(r.summary.energy.error()) < 0.01 * r.summary.energy.work_absolute);
+}
+
 TEST_CASE("two wires that come out side by side strike the wall of a bend and come to rest" *
           doctest::test_suite("slow"))
 {
