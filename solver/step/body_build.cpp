@@ -121,6 +121,9 @@ void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::s
                    std::vector<Issue>& warnings, std::vector<Issue>& issues)
 {
     constexpr double kNoneOfT4 = 0.49999;
+    // A pressed block with 4 T10 through it: the largest contact pressure is 4 % too high at 0.45,
+    // 10 % at 0.47 and 30 % at 0.49.
+    constexpr double kMostPoissonOfT10 = 0.47;
     double nu = input.poisson_ratio;
     bool by_mean = is_hyperelastic(input); // T10 that take the volume at its mean
     if (!input.material.law.empty()) {
@@ -132,13 +135,13 @@ void check_locking(const SolidInput& input, const VolumeMesh& mesh, const std::s
     }
     for (const ElementBlock& block : mesh.blocks) {
         const bool t4 = block.kind == ElementKind::T4 && nu > kMostPoissonOfT4;
-        const bool t10 = block.kind == ElementKind::T10 && nu > 0.49 && !by_mean;
+        const bool t10 = block.kind == ElementKind::T10 && nu > kMostPoissonOfT10 && !by_mean;
         if (!t4 && !t10) continue;
         const bool none = t4 && nu > kNoneOfT4 * (1 + 1e-9);
         const char* allowed =
             none ? "T10 or H8, which carry it, or a ratio <= 0.49999: T4 would lock altogether"
             : t4 ? "T10 or H8: T4 lock above 0.45, they would be much too stiff"
-                 : "H8, or at least 8 elements through what bends: above 0.49 coarse T10 are too "
+                 : "H8, or at least 8 elements through what bends: above 0.47 coarse T10 are too "
                    "stiff, and their contact pressures alternate from node to node";
         (none ? issues : warnings)
             .push_back({file, "/bodies/" + input.name,

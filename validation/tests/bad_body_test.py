@@ -221,6 +221,18 @@ class BadBodies(unittest.TestCase):
         self.scene(stone=dict(stone, shape="a.obj"))
         self.refused("a.obj", "hole around", "3 open edges", "a closed surface")
 
+    def test_elements_too_stiff_for_what_hardly_changes_its_volume_are_warned_of(self):
+        for element, ratio, warned in (("T4", 0.45, False), ("T4", 0.46, True), ("T10", 0.45, False),
+                                       ("T10", 0.48, True), ("T10", 0.49, True), ("T10", 0.4999, True),
+                                       ("H8", 0.49, False), ("H8", 0.4999, False)):
+            with self.subTest(element=element, ratio=ratio):
+                self.scene(block={"kind": "solid", "youngs_modulus": 1e6, "poisson_ratio": ratio,
+                                  "mesh": {"generate": "box", "size": [1, 1, 1], "cells": [2, 2, 2],
+                                           "element": element}, "hold": [{"set": "z_min"}]})
+                result = self.call("check")
+                self.assertEqual(result.returncode, 0, result.stderr)
+                self.assertEqual(f"found {element} with a Poisson's ratio of {ratio}" in result.stderr, warned, result.stderr)
+
 
 if __name__ == "__main__":
     reported_skips.main()
