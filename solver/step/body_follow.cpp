@@ -220,16 +220,41 @@ void BodyStepper::refine()
     }
 }
 
-/// Contacts between rigid bodies are found at the iterate, others move with their bodies.
+namespace {
+
+/// No point of the body moves by more than rounding in the step.
+bool is_still(const RigidBody& body)
+{
+    constexpr double kRounding = 1e-11; // of its size
+    BodyPlace centre, turn;
+    centre.point = body.centre();
+    turn.turns = true;
+    return body.displacement(centre).norm() + 2 * body.size() * body.displacement(turn).norm() <=
+           kRounding * body.size();
+}
+
+} // namespace
+
+/// Contacts between rigid bodies are found at the iterate, others move with their bodies, and so do
+/// those of bodies at rest, which are what they were at the start.
 void BodyStepper::follow_to_end()
 {
+    if (list_.contact.empty()) return;
     std::map<BodySystem::Key, BodyContact> found;
+    std::vector<char> still;
+    for (const BodyRef& b : system_.refs)
+        still.push_back(b.rigid && is_still(*b.rigid));
     const bool anew = follows_++ < kMostFollowed;
+    bool stand = false;
     int pair = -1;
     for (const BodyContact& c : list_.contact) {
         const bool rigid = system_.refs[std::size_t(c.a)].rigid &&
                            (c.b < 0 || system_.refs[std::size_t(c.b)].rigid);
         if (!anew || !rigid || c.pair == pair) continue;
+        if (still[std::size_t(c.a)] && (c.b < 0 || still[std::size_t(c.b)])) {
+            stand = true;
+            continue;
+        }
         pair = c.pair;
         BodyContacts of_pair;
         system_.finder.find_rigid(system_.refs, pair, of_pair);
@@ -255,7 +280,7 @@ void BodyStepper::follow_to_end()
                                                  : Vec3(0.5 * (moved + other));
                 moved -= other;
             }
-            if (found.empty()) { // along the normal that was found last
+            if (found.empty() && !stand) { // along the normal that was found last
                 c.gap += c.frame.col(0).dot(moved) - moved_[i];
             } else {
                 c.gap = ways.gap + ways.frame.col(0).dot(moved);
