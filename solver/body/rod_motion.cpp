@@ -194,7 +194,7 @@ void RodBody::dynamic_residual()
                                             h * spin.cross(J.cwiseProduct(spin));
         largest = std::max(largest, J.cwiseProduct(now).norm() / h / size_);
     }
-    if (rule.filtered && !material_) leave_no_inner_moment(middle);
+    if (rule.filtered && !material_ && holds_.empty()) leave_no_inner_moment(middle);
     inertia_size_ = largest;
     if (material_) take_sheath_end(now_.end);
 }
