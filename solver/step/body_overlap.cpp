@@ -31,7 +31,7 @@ constexpr double kRowsOfRound = 1e-3;   // of a face: from here on rows may hold
 /// Of what nodes leave: the less of it, the less of the indentation they press out (measured on
 /// balls in faces of 2 to 8 half-widths, docs/theory/certificate.md).
 constexpr double kLeftByNodes = 1.5;
-/// Share of the indentation that is pressed out: less counts as next to nothing.
+/// Share of the indentation that is pressed out: less counts as negligible.
 constexpr double kCarried = 0.1;
 constexpr double kThinnest = 1e-3;   // of a rigid body's length: thinner ones count as lines
 constexpr double kLeastReach = 0.02; // of the smaller body: what a given reach is raised to
@@ -91,7 +91,7 @@ struct RowLimits {
 };
 
 /// Between meshes rows leave what integrals over the faces leave on average, and less of a place
-/// that next to nothing presses out, as between the nodes of coarse faces: there would be no force.
+/// that almost nothing presses out, as between the nodes of coarse faces: there would be no force.
 /// There they leave what is allowed of any face, so that the force begins at zero.
 /// @param pressed  how far strain has pressed both sides apart [m]; none: enough
 RowLimits between_meshes(const OverlapSpot& s, double allowed, std::optional<double> pressed)
