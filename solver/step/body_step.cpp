@@ -408,10 +408,10 @@ bool BodyStepper::run()
         body(b).begin(step_);
     for (const BodyRef& b : system_.refs)
         spread_ |= b.rigid && b.rigid->spread();
-    // What carries rods at their couplings may share their forces in any way.
+    // What carries moving rods at their couplings may share their forces in any way.
     for (const Coupling& c : system_.couplings)
         for (const CoupledPlace& side : {c.a, c.b})
-            spread_ |= side.body >= 0 && system_.refs[std::size_t(side.body)].rod;
+            spread_ |= step_.dynamic && side.body >= 0 && system_.refs[std::size_t(side.body)].rod;
     system_.finder.begin_step(system_.refs);
     if (from_) {
         begin_at_places();
