@@ -30,6 +30,27 @@ struct VesselDistance::Near {
         piece; // of each tube, inside which the points have their nearest points, or -1
 };
 
+namespace {
+
+/// The two largest of some values, and whose the first is.
+struct TwoLargest {
+    std::size_t best = 0;
+    double first = -kInfinite, second = -kInfinite;
+
+    void take(std::size_t i, double value)
+    {
+        if (value > first) {
+            second = first;
+            first = value;
+            best = i;
+        } else {
+            second = std::max(second, value);
+        }
+    }
+};
+
+} // namespace
+
 VesselDistance::VesselDistance(VesselShape shape, const Vec3& origin, double edge)
     : shape_{std::move(shape)}
     , seeds_{shape_, origin, edge}
@@ -148,19 +169,11 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
 {
     const std::vector<VesselTube>& tubes = shape_.fast();
     const double k = shape_.blend_width();
-    std::size_t best = 0;
-    double f = -kInfinite, second = f;
-    for (std::size_t i = 0; i < tubes.size(); ++i) {
-        if (shape_.upper_bound(i, x) < second) continue;
-        const double v = tubes[i].distance(x, near.piece[i]);
-        if (v > f) {
-            second = f;
-            f = v;
-            best = i;
-        } else {
-            second = std::max(second, v);
-        }
-    }
+    TwoLargest of_tubes;
+    for (std::size_t i = 0; i < tubes.size(); ++i)
+        if (!(shape_.upper_bound(i, x) < of_tubes.second))
+            of_tubes.take(i, tubes[i].distance(x, near.piece[i]));
+    const auto [best, f, second] = of_tubes;
     if (std::abs(f) > band) return f;
     if (second > f - k) return near_junction_(x, shape_.value(x), near);
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
@@ -179,18 +192,10 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     const std::vector<VesselTube>& tubes = shape_.fast();
     const Vec3 half = 0.5 * (n - 1) * edges.rowwise().sum(), centre = corner + half;
     const double reach = kSteepest * half.norm(), h = edges.col(0).norm();
-    std::size_t best = 0;
-    double f = -kInfinite, second = f;
-    for (std::size_t i = 0; i < tubes.size(); ++i) {
-        const double v = tubes[i].distance(centre);
-        if (v > f) {
-            second = f;
-            f = v;
-            best = i;
-        } else {
-            second = std::max(second, v);
-        }
-    }
+    TwoLargest of_tubes;
+    for (std::size_t i = 0; i < tubes.size(); ++i)
+        of_tubes.take(i, tubes[i].distance(centre));
+    const auto [best, f, second] = of_tubes;
     // The reasons of `distance`, for all points of the cube at once.
     const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
                        second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();

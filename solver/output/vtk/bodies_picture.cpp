@@ -546,14 +546,11 @@ void add_bodies_page(vtkRenderWindow* window, const RenderData& result)
     const Page page = make_page(result);
     const Layout layout = choose_layout(page.view);
     window->SetNumberOfLayers(2);
-    std::vector<double> shown; // a short run has fewer than four frames
     for (std::size_t i = 0; i < layout.panels.size(); ++i) {
-        const double time = result.instants[i].time;
-        if (std::find(shown.begin(), shown.end(), time) != shown.end()) {
+        if (is_repeated(result, i)) {
             window->AddRenderer(renderer_of(layout.panels[i])); // or it would be black
             continue;
         }
-        shown.push_back(time);
         add_panel(window, layout.panels[i], result, i, page);
     }
     window->AddRenderer(bodies_legend(layout.legend, result, page));

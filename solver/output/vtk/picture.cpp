@@ -172,14 +172,11 @@ void add_wires_page(vtkRenderWindow* window, const RenderData& result)
     scales.force = make_force_scale(contacts.largest_force);
     for (std::size_t w = 0; w < (scales.hues ? wires : 1); ++w)
         scales.curvature.push_back(make_scale(kHues[w], largest_curvature));
-    std::vector<double> shown; // a short run has fewer than four frames
     for (std::size_t i = 0; i < layout.panels.size(); ++i) {
-        const double time = result.instants[i].time;
-        if (std::find(shown.begin(), shown.end(), time) != shown.end()) {
+        if (is_repeated(result, i)) {
             window->AddRenderer(renderer_of(layout.panels[i])); // or it would be black
             continue;
         }
-        shown.push_back(time);
         window->AddRenderer(panel(layout.panels[i], result, i, view, contacts, scales));
     }
     window->AddRenderer(wires_legend(layout, result, view, contacts, scales));

@@ -312,6 +312,13 @@ std::string number(const char* format, double value)
     return text;
 }
 
+bool is_repeated(const RenderData& result, std::size_t i)
+{
+    const auto before = result.instants.begin() + std::ptrdiff_t(i);
+    return std::find_if(result.instants.begin(), before,
+                        [&](const Instant& other) { return other.time == before->time; }) != before;
+}
+
 std::string length_text(double metres)
 {
     const double size = std::abs(metres);

@@ -48,6 +48,10 @@ struct RenderData {
 /// @throws std::runtime_error  if no .pvd names a wire or a body, or a file cannot be read
 RenderData read_result(const std::filesystem::path& folder);
 
+/// Whether one of the instants before number i has its time: a short run has fewer than four
+/// frames.
+bool is_repeated(const RenderData& result, std::size_t i);
+
 /// Joins contacts: the one with the largest force takes in all within `radius` [m], and so on.
 /// @param by_pair  only contacts of the same two bodies are joined, and forces are those on the
 ///                 first; else those of wires on walls alone, not of wires in one another
