@@ -44,22 +44,26 @@ def interrupt(process):
         process.wait(0.03)
 
 
+def _finished(process, out, err, meanwhile):
+    """Exit code, stdout and stderr of a program that writes into two files, once it has ended."""
+    try:
+        while process.poll() is None:
+            meanwhile()
+    except BaseException:
+        interrupt(process)
+        raise
+    out.seek(0)
+    err.seek(0)
+    return process.returncode, out.read(), err.read()
+
+
 def run(command):
     """Exit code, stdout and stderr of a program.
 
     Its own waits: after Ctrl-C those of Popen wait for another quarter of a second.
     """
     with tempfile.TemporaryFile("w+", encoding="utf-8") as out, tempfile.TemporaryFile("w+", encoding="utf-8") as err:
-        process = start(command, stdout=out, stderr=err)
-        try:
-            while process.poll() is None:
-                time.sleep(0.01)
-        except BaseException:
-            interrupt(process)
-            raise
-        out.seek(0)
-        err.seek(0)
-        return process.returncode, out.read(), err.read()
+        return _finished(start(command, stdout=out, stderr=err), out, err, lambda: time.sleep(0.01))
 
 
 def _answer(arguments, is_freed):
@@ -114,16 +118,10 @@ def run_study(command):
         with open(client, "w", encoding="utf-8") as stream:
             stream.write(_CLIENT.format(python=shlex.quote(sys.executable), path=shlex.quote(path)))
         os.chmod(client, 0o700)
-        process = start([*command, "--run-by", client], stdout=out, stderr=err)
-        try:
-            while process.poll() is None:
-                with contextlib.suppress(TimeoutError):
-                    connection, _ = server.accept()
-                    connection.settimeout(None)
-                    _serve(connection)
-        except BaseException:
-            interrupt(process)
-            raise
-        out.seek(0)
-        err.seek(0)
-        return process.returncode, out.read(), err.read()
+
+        def serve_a_point():
+            with contextlib.suppress(TimeoutError):
+                connection, _ = server.accept()
+                connection.settimeout(None)
+                _serve(connection)
+        return _finished(start([*command, "--run-by", client], stdout=out, stderr=err), out, err, serve_a_point)
