@@ -124,21 +124,8 @@ CorotationalStrain corotational_strain(const BeamNode& a, const BeamNode& b, dou
 CorotationalStrain corotational_natural(const ElementLaw& law)
 {
     // The pose of the exact element with its natural strains.
-    Vec3 gamma, turn;
-    for (std::size_t k = 0; k < 3; ++k) {
-        gamma[Eigen::Index(k)] =
-            law.S[k] > 0 ? law.length * law.P[k] / law.S[k] : (k == 0 ? law.length : 0);
-        turn[Eigen::Index(k)] = law.S[k + 3] > 0 ? law.length * law.P[k + 3] / law.S[k + 3] : 0;
-    }
-    const double angle = turn.norm(), small = angle * angle;
-    const double s = angle > 1e-4 ? (1 - std::cos(angle)) / small : 0.5 - small / 24;
-    const double c =
-        angle > 1e-4 ? (angle - std::sin(angle)) / (small * angle) : 1.0 / 6 - small / 120;
-    const Vec3 chord = gamma + s * turn.cross(gamma) + c * turn.cross(turn.cross(gamma));
     BeamNode a, b;
-    for (int k = 0; k < 3; ++k)
-        b.x[k] = chord[k];
-    rotate_in_body(b.q, turn);
+    move_along(b, natural_strain(law), law.length);
     return corotational_strain(a, b, law.length);
 }
 

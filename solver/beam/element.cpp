@@ -1,5 +1,6 @@
 #include "solver/beam/element.hpp"
 
+#include "solver/beam/rotation.hpp"
 #include "solver/beam/table_law.hpp"
 
 #include <cmath>
@@ -475,6 +476,31 @@ std::array<double, 6> predicted_strain(const BeamNode& a, const BeamNode& b, dou
     const V<double> gamma = e.gamma + (1 / length) * dg;
     const V<double> kappa = e.kappa + (2 / length) * ((f.f1 * dw) * s.p + f.f * dp);
     return {gamma.x, gamma.y, gamma.z, kappa.x, kappa.y, kappa.z};
+}
+
+std::array<double, 6> natural_strain(const ElementLaw& law)
+{
+    std::array<double, 6> k{1};
+    for (std::size_t i = 0; i < 6; ++i)
+        if (law.S[i] > 0) k[i] = law.P[i] / law.S[i];
+    k[0] -= mean_stretch(law, {0, k[1], k[2]}); // what the S-shape is longer than its chord by
+    return k;
+}
+
+void move_along(BeamNode& node, const std::array<double, 6>& strain, double length)
+{
+    const Vec3 way = length * Vec3(strain[0], strain[1], strain[2]),
+               turn = length * Vec3(strain[3], strain[4], strain[5]);
+    const double angle = turn.norm(), square = angle * angle;
+    const double half = std::sin(0.5 * angle);
+    const double s = angle > 1e-4 ? 2 * half * half / square : 0.5 - square / 24;
+    const double c =
+        angle > 1e-2 ? (angle - std::sin(angle)) / (square * angle) : 1.0 / 6 - square / 120;
+    const Vec3 across = turn.cross(way);
+    const Vec3 step = rotation_matrix(node.q) * (way + s * across + c * turn.cross(across));
+    for (int j = 0; j < 3; ++j)
+        node.move(j, step[j]);
+    rotate_in_body(node.q, turn);
 }
 
 BeyondLinear beyond_linear(const std::vector<TableShare>& shares,

@@ -99,6 +99,15 @@ std::array<double, 6> element_stress(const ElementLaw& law, const std::array<dou
 /// @return  (stretch, shear 2, shear 3 [-], twist, curvature 2, curvature 3 [1/m])
 std::array<double, 6> element_strain(const BeamNode& a, const BeamNode& b, double length);
 
+/// Strains of an element without stress: the inverse of its pose is move_along().
+/// @return  (stretch of the chord, shear 2, shear 3 [-], twist, curvature 2, curvature 3 [1/m])
+std::array<double, 6> natural_strain(const ElementLaw& law);
+
+/// Moves a node along a piece of constant strains: the inverse of element_strain().
+/// @param strain  (stretch, shear 2, shear 3 [-], twist, curvature 2, curvature 3 [1/m])
+/// @param length  of the piece [m]
+void move_along(BeamNode& node, const std::array<double, 6>& strain, double length);
+
 /// Elastic energy [J].
 double element_energy(const BeamNode& a, const BeamNode& b, const ElementLaw& law);
 

@@ -8,20 +8,56 @@
 namespace amontons {
 namespace {
 
+/// How the natural strains of the first element change with its length: a section is put before its
+/// pose, log(exp(e) exp(x)) = x + sum_n B_n/n! ad_x^n e to first order in e.
+std::array<double, 6> natural_growth(const std::array<double, 6>& natural, double length,
+                                     const std::array<double, 6>& section)
+{
+    constexpr double kBernoulli[] = {1.0 / 12,           -1.0 / 720,
+                                     1.0 / 30240,        -1.0 / 1209600,
+                                     1.0 / 47900160,     -691.0 / 1307674368000.0,
+                                     1.0 / 74724249600., -3617.0 / 10670622842880000.0};
+    struct Strain {
+        Vec3 way, turn;
+    };
+    const auto strain_of = [](const std::array<double, 6>& v, double scale) {
+        return Strain{scale * Vec3(v[0], v[1], v[2]), scale * Vec3(v[3], v[4], v[5])};
+    };
+    const Strain x = strain_of(natural, length);
+    const auto commuted = [&](const Strain& e) {
+        return Strain{x.turn.cross(e.way) + x.way.cross(e.turn), x.turn.cross(e.turn)};
+    };
+    Strain term = strain_of(section, 1), sum = term;
+    term = commuted(term);
+    sum = {sum.way - 0.5 * term.way, sum.turn - 0.5 * term.turn};
+    for (const double b : kBernoulli) {
+        term = commuted(term);
+        sum.way += b * term.way;
+        sum.turn += b * term.turn;
+        term = commuted(term);
+    }
+    std::array<double, 6> rate{};
+    for (std::size_t i = 0; i < 6; ++i)
+        rate[i] =
+            ((i < 3 ? sum.way[Eigen::Index(i)] : sum.turn[Eigen::Index(i) - 3]) - natural[i]) /
+            length;
+    return rate;
+}
+
 /// What tables add to the growth of the first element: the section at the sheath's end comes to
 /// its shares, and its strains and natural curvatures change.
 /// @param e   its strains
+/// @param dk  how its natural strains grow
 /// @param dS  how its bending stiffness law.S[4] grows
 void grow_beyond(const WireMaterial& m, const ElementLaw& law, double end,
-                 const std::array<double, 6>& e, double dS, Growth& g)
+                 const std::array<double, 6>& e, const std::array<double, 6>& dk, double dS,
+                 Growth& g)
 {
-    const Section c = section_at(m, end);
     const double L = law.length;
     std::array<double, 6> elastic{}, rate{}; // -rate: of the elastic strain with the length
     for (std::size_t i : {4, 5}) {
-        const double k = law.S[i] > 0 ? law.P[i] / law.S[i] : 0;
-        elastic[i] = e[i] - k;
-        rate[i] = (c.natural[i] - k) / L + e[i] / L;
+        elastic[i] = e[i] - (law.S[i] > 0 ? law.P[i] / law.S[i] : 0);
+        rate[i] = dk[i] + e[i] / L;
     }
     std::vector<TableShare> section = tables_at(m, end);
     share_bending(section, law);
@@ -97,11 +133,14 @@ Growth growth(const HeldBase& base, const BeamNode& a, const BeamNode& b, const 
     double shrinks = (2 * stretch - e[0]) / L; // the mean stretch, with the length
     for (std::size_t i : {1, 2})
         shrinks -= 0.5 * growing[i - 1] * e[i] * e[i];
+    const std::array<double, 6> natural = natural_strain(law);
+    std::array<double, 6> dk = natural_growth(natural, L, c.natural);
+    for (std::size_t i : {1, 2}) // of the mean stretch
+        dk[0] += (law.bowing[i - 1] * dk[i] + 0.5 * growing[i - 1] * natural[i]) * natural[i];
     for (std::size_t i = 0; i < 6; ++i) {
         if (!(law.S[i] > 0)) continue;
-        const double S = law.S[i], k = law.P[i] / S, dk = (c.natural[i] - k) / L;
-        const double elastic = (i == 0 ? stretch : e[i]) - k,
-                     rate = dk + (i == 0 ? shrinks : e[i] / L);
+        const double S = law.S[i], elastic = (i == 0 ? stretch : e[i]) - law.P[i] / S,
+                     rate = dk[i] + (i == 0 ? shrinks : e[i] / L);
         g.slope += 0.5 * dS[i] * elastic * elastic - S * elastic * rate;
         g.tau[i] = dS[i] * elastic - S * rate - S * elastic / L;
     }
@@ -111,7 +150,7 @@ Growth growth(const HeldBase& base, const BeamNode& a, const BeamNode& b, const 
         g.tau[i] +=
             (grows * law.bowing[i - 1] + tension * (growing[i - 1] - 2 * law.bowing[i - 1] / L)) *
             e[i];
-    if (!law.beyond.empty() || !m.table.empty()) grow_beyond(m, law, end, e, dS[4], g);
+    if (!law.beyond.empty() || !m.table.empty()) grow_beyond(m, law, end, e, dk, dS[4], g);
     const HeldWire held = held_part(base, end);
     g.axial = held.axial;
     g.torsion = held.torsion;

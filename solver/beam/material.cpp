@@ -281,11 +281,13 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
     ElementLaw law;
     law.length = b - a;
     double shear_flexibility = 0;
-    std::array<double, 6> flexibility{}, natural{};
+    std::array<double, 6> flexibility{}, natural{}, steady = section_at(m, a).natural;
+    bool varies = false; // the natural strain, along the element
     for_stretches(m, a, b,
                   [&](double start, double end, const Section& first, const Section& middle,
                       const Section& last) {
                       const double h = end - start;
+                      varies = varies || first.natural != steady || last.natural != steady;
                       for (std::size_t i : {0, 3, 4, 5}) {
                           flexibility[i] +=
                               integral_of_inverse(first.stiffness[i], last.stiffness[i], h);
@@ -293,25 +295,53 @@ ElementLaw law_between(const WireMaterial& m, double a, double b)
                       }
                       if (middle.stiffness[1] > 0) shear_flexibility += h / middle.stiffness[1];
                   });
-    // A constant section force along the element: flexibilities and natural strains add up, so
-    // that an element across a step of natural curvature can be free of stress.
+    // A constant section force along the element: flexibilities add up.
     const double L = law.length;
-    for (std::size_t i : {0, 3, 4, 5}) {
-        if (!(flexibility[i] > 0)) continue;
-        const double k = natural[i] / L;
-        law.S[i] = L * L / flexibility[i];
-        law.P[i] = law.S[i] * k;
-        law.constant += 0.5 * law.P[i] * k;
-    }
+    for (std::size_t i : {0, 3, 4, 5})
+        if (flexibility[i] > 0) law.S[i] = L * L / flexibility[i];
     // Residual bending flexibility of a constant-strain element: L^2/12 EI. A shear along axis 2
     // follows bending about axis 3.
     for (const auto& [shear, bend] : {std::pair{1u, 5u}, {2u, 4u}})
         if (law.S[bend] > 0)
             law.S[shear] = L / (shear_flexibility / L + L * L * L / (12 * law.S[bend]));
     set_bowing(law);
+
+    for (double& k : natural)
+        k /= L;
+    if (varies && law.S[4] > 0 && law.S[5] > 0) {
+        BeamNode end;
+        move_along_wire(end, m, a, b, {});
+        natural = element_strain(BeamNode{}, end, L);
+    }
+    natural[0] = mean_stretch(law, natural);
+    for (std::size_t i = 0; i < 6; ++i) {
+        law.P[i] = law.S[i] * natural[i];
+        law.constant += 0.5 * law.P[i] * natural[i];
+    }
     law.beyond = shares_between(m, a, b);
     share_bending(law.beyond, law);
     return law;
+}
+
+void move_along_wire(BeamNode& node, const WireMaterial& m, double a, double b,
+                     const std::array<double, 6>& more)
+{
+    const Vec3 stretch(more[0], more[1], more[2]), bend(more[3], more[4], more[5]);
+    for_stretches(m, a, b,
+                  [&](double start, double end, const Section& first, const Section& middle,
+                      const Section& last) {
+                      // The first two terms of Magnus's series (1954), of strains that are linear
+                      // along the piece: an error of order 5.
+                      const auto part = [](const Section& c, std::size_t at) {
+                          return Vec3(c.natural[at], c.natural[at + 1], c.natural[at + 2]);
+                      };
+                      const double h = end - start;
+                      const Vec3 own = part(middle, 0) + stretch, turning = part(middle, 3) + bend,
+                                 rise = part(last, 3) - part(first, 3),
+                                 way = own + h / 12 * own.cross(rise),
+                                 turn = turning + h / 12 * turning.cross(rise);
+                      move_along(node, {way[0], way[1], way[2], turn[0], turn[1], turn[2]}, h);
+                  });
 }
 
 HeldWire held_between_base_and(const WireMaterial& m, double s)

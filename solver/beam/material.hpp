@@ -83,6 +83,11 @@ void share_bending(std::vector<TableShare>& shares, const ElementLaw& law);
 /// Law of the piece [a, b] of the wire as one element.
 ElementLaw law_between(const WireMaterial& m, double a, double b);
 
+/// Moves a node along the wire from a to b [m], each section with its natural strains.
+/// @param more  strains beyond the natural ones, in the order of ElementLaw
+void move_along_wire(BeamNode& node, const WireMaterial& m, double a, double b,
+                     const std::array<double, 6>& more);
+
 /// Sums from the base to s: flexibility and bending energy of the straightened wire.
 struct HeldWire {
     double axial = 0;   ///< integral ds/EA [m/N]

@@ -209,20 +209,9 @@ void start_in_sheath(Wire& wire, double insertion, double twist)
     for (int i = s.first; i < wire.last(); ++i) {
         const ElementLaw law =
             i == s.first ? held_element_law(wire, s) : wire.material.law[std::size_t(i)];
-        const BeamNode& a = s.nodes[std::size_t(i)];
-        Vec3 turn;
-        for (int k = 0; k < 3; ++k) {
-            const std::size_t j = std::size_t(k) + 3;
-            turn[k] = law.S[j] > 0 ? law.P[j] / law.S[j] * law.length : 0;
-        }
-        Quaternion q, middle;
-        std::copy(a.q, a.q + 4, q.q);
-        middle = q;
-        rotate_in_body(q.q, turn);
-        rotate_in_body(middle.q, 0.5 * turn);
-        const double angle = turn.norm() / 2;
-        const double chord = law.length * (angle > 1e-9 ? std::sin(angle) / angle : 1);
-        s.nodes[std::size_t(i) + 1] = node_at(a.position() + chord * first_axis(middle.q), q);
+        BeamNode& next = s.nodes[std::size_t(i) + 1];
+        next = s.nodes[std::size_t(i)];
+        move_along(next, natural_strain(law), law.length);
     }
 }
 
@@ -304,6 +293,15 @@ void drive_base(Wire& wire, double insertion, double twist)
         const int last = wire.last();
         int j = old.first;
         const double old_end = wire.material.length - old.inserted;
+        // Where a step of curvature is on the element that grows, what comes out of it is not where
+        // one curve through its ends has it.
+        const ElementLaw growing = held_element_law(wire, old);
+        const std::array<double, 6> natural = natural_strain(growing);
+        std::array<double, 6> beyond_natural = element_strain(
+            old.nodes[std::size_t(j)], old.nodes[std::size_t(j) + 1], growing.length);
+        for (std::size_t k = 0; k < 6; ++k)
+            beyond_natural[k] -= natural[k];
+        const bool steps = natural[1] != 0 || natural[2] != 0;
         for (int i = s.first + 1; i <= last; ++i) {
             const double at = wire.material.node[std::size_t(i)] + shift;
             BeamNode& n = s.nodes[std::size_t(i)];
@@ -315,7 +313,10 @@ void drive_base(Wire& wire, double insertion, double twist)
                 ++j;
             const double a = j == old.first ? old_end : wire.material.node[std::size_t(j)];
             const double b = wire.material.node[std::size_t(j) + 1];
-            if (at <= b) {
+            if (at < b && j == old.first && steps) {
+                n = old.nodes[std::size_t(j)];
+                move_along_wire(n, wire.material, a, at, beyond_natural);
+            } else if (at <= b) {
                 const WirePlace p{j, (at - a) / (b - a), b - a};
                 n = node_at(centreline_point(old, p), section_rotation(old, p));
             } else {
