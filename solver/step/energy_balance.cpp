@@ -56,7 +56,9 @@ StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_ref
     if (r.level == 0 || step.time < r.until * (1 - 1e-12)) return {};
     const double whole = step.energy.error() - r.error_before, first = r.first;
     r = {};
-    if (std::abs(whole) < kLess * std::abs(first))
+    // What would not have been repeated had it been the error of one step is not refused either.
+    if (std::abs(whole) < kLess * std::abs(first) ||
+        energy_fault(std::abs(whole), step.energy, step.scale) <= kEnergyRefused)
         return {
             EnergyVerdict::stands,
             fmt::format("in one step {:.3g} J of energy would have been missed, in shorter ones "

@@ -278,4 +278,12 @@ TEST_CASE("energy that one step misses: quadrature error is accepted, generated 
     CHECK(lost.verdict == EnergyVerdict::stands);
     CHECK(lost.jump);
     CHECK(judged(at_once(-0.09), 0).steps == 1); // below a tenth
+    // A rope that slackens: its pull rises without bound where it was taut, and halves miss 0.7 of
+    // the whole step's error; 0.08 would not be repeated had it been missed in one step.
+    const auto slackens = [](double a, double b) { return -0.12 * (std::sqrt(b) - std::sqrt(a)); };
+    const auto halved = [&](double a, double b) { return std::sqrt(b - a) * slackens(a, b); };
+    const Judged slow = judged(halved, 0);
+    CHECK(slow.verdict == EnergyVerdict::stands);
+    CHECK(slow.steps == 2);
+    CHECK(!slow.jump);
 }
