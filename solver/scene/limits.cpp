@@ -21,7 +21,7 @@ UnitLimits limits_of(std::string_view unit)
         {"m/s^2", {1e-12, 1e12}},   {"Pa", {1e-12, 1e18}},      {"N/m^2", {1e-12, 1e18}},
         {"N/m^3", {1e-12, 1e24}},   {"N/m", {1e-18, 1e24}},     {"N", {1e-24, 1e24}},       {"N m", {1e-30, 1e30}},
         {"N m^2", {1e-24, 1e24}},   {"N m/rad", {1e-30, 1e30}}, {"N s/m", {1e-24, 1e24}},
-        {"N s/m^2", {1e-24, 1e24}}, {"kg", {1e-24, 1e24}},      {"kg/m^3", {1e-18, 1e18}},
+        {"N s/m^2", {1e-24, 1e24}}, {"kg", {1e-24, 1e24}},      {"kg/m^3", {1e-24, 1e24}},
         {"kg m^2", {1e-36, 1e36}}};
     for (const Row& row : kRows)
         if (row.unit == unit) return row.limits;

@@ -315,37 +315,39 @@ VariantDeclaration rod_variant(const ObjectDeclaration& segment,
     static const ObjectDeclaration shape = declare_rod_shape(point, centreline);
     static const ObjectDeclaration hold = declare_rod_hold();
     static const ObjectDeclaration load = declare_rod_load();
-    return {"rod",
-            "A beam that no introducer feeds: held and loaded anywhere.",
-            {required(list<&R::segments>("segments", segment, "From its start to its end.")),
-             object<&R::shape>("shape", shape, "Where it begins."),
-             choice({"exact", "corotational"},
-                    text<&R::elements>("elements",
-                                       "\"exact\": geometrically exact; \"corotational\": linear "
-                                       "in a frame that turns with each element.")),
-             fallback("none", field<&R::plane>("plane", "", direction(),
-                                               "Normal of a plane that the rod is kept in.")),
-             list<&R::hold>("hold", hold, "Prescribed places and turns."),
-             list<&R::loads>("loads", load, "Loads."),
-             fallback("no sheath",
-                      field<&R::fed>("fed", "m", kAny,
-                                     "How far the rod's end is out of a straight sheath, over "
-                                     "time: what has not come out is held and moves along it.")),
-             field<&R::drag>("drag", "N s/m^2", at_least(0),
-                             "Of a medium that the rod moves through, force per length and "
-                             "velocity: quasi-static steps then follow snaps in time."),
-             fallback("one at each node", field<&R::contact_spacing>(
-                                              "contact_spacing", "m", at_least(0),
-                                              "Largest distance of two contact places where a body "
-                                              "runs along the rod; 0: the nodes, and on solids "
-                                              "as many as there are faces. Crossings and "
-                                              "edges are found wherever they are.")),
-             field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
-             field<&R::spin>("spin", "rad/s", kAny,
-                             "Angular velocity about the centre of mass, when it begins; dynamic "
-                             "only.")},
-            &append_body<&Scene::rods>,
-            &find_body<&Scene::rods>};
+    return {
+        "rod",
+        "A beam that no introducer feeds: held and loaded anywhere.",
+        {required(list<&R::segments>("segments", segment, "From its start to its end.")),
+         object<&R::shape>("shape", shape, "Where it begins."),
+         choice({"exact", "corotational"},
+                text<&R::elements>("elements",
+                                   "\"exact\": geometrically exact; \"corotational\": linear "
+                                   "in a frame that turns with each element.")),
+         fallback("none", field<&R::plane>("plane", "", direction(),
+                                           "Normal of a plane that the rod is kept in.")),
+         list<&R::hold>("hold", hold, "Prescribed places and turns."),
+         list<&R::loads>("loads", load, "Loads."),
+         fallback("no sheath",
+                  field<&R::fed>("fed", "m", kAny,
+                                 "How far the rod's end is out of a straight sheath, over "
+                                 "time: what has not come out is held and moves along it.")),
+         field<&R::drag>("drag", "N s/m^2", at_least(0),
+                         "Of a medium that the rod moves through, force per length and "
+                         "velocity: quasi-static steps then follow snaps in time."),
+         fallback("one at each node, two on elements that hang slack",
+                  field<&R::contact_spacing>("contact_spacing", "m", at_least(0),
+                                             "Largest distance of two contact places where a body "
+                                             "runs along the rod; 0: the nodes, the middle "
+                                             "of elements longer than (EI / weight)^(1/3), and "
+                                             "on solids as many as there are faces. Crossings and "
+                                             "edges are found wherever they are.")),
+         field<&R::velocity>("velocity", "m/s", kAny, "When it begins; dynamic only."),
+         field<&R::spin>("spin", "rad/s", kAny,
+                         "Angular velocity about the centre of mass, when it begins; dynamic "
+                         "only.")},
+        &append_body<&Scene::rods>,
+        &find_body<&Scene::rods>};
 }
 
 void check_rod_contacts(const RodInput& b, const Scene& scene, Findings& findings)

@@ -27,6 +27,7 @@
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
+#include <numbers>
 #include <set>
 #include <tuple>
 #include <unordered_map>
@@ -246,6 +247,22 @@ void set_friction_of_segments(ContactPair& p, const std::vector<BeamSegment>& se
     }
 }
 
+/// Where a rod that hangs comes down on something it bends within (EI / w)^(1/3), w its weight per
+/// length: elements longer than that pass below a surface that only their nodes touch.
+/// @return  half the shortest such element [m]; 0: there is none
+double slack_spacing(const RodInput& rod, const Vec3& gravity)
+{
+    double shortest = 0;
+    for (const BeamSegment& s : rod.segments) {
+        const double area =
+                         std::numbers::pi * (s.radius * s.radius - s.inner_radius * s.inner_radius),
+                     weight = s.density * area * gravity.norm(), EI = std::min(s.EI[0], s.EI[1]);
+        const bool slack = s.element * s.element * s.element * weight > EI;
+        if (slack && !(shortest > 0 && shortest < s.element)) shortest = s.element;
+    }
+    return 0.5 * shortest;
+}
+
 } // namespace
 
 RigidShape build_shape(const ShapeInput& s, const Scene& scene, std::vector<Issue>& warnings)
@@ -451,7 +468,10 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                     for (std::size_t side = 0; side < 2; ++side)
                         if (c.between[side] == name)
                             joined.push_back(side == 1 && c.to ? *c.to : c.at);
-                auto body = std::make_unique<RodBody>(input, curve ? &*curve : nullptr,
+                RodInput own = input;
+                if (own.contact_spacing == 0)
+                    own.contact_spacing = slack_spacing(own, scene.gravity);
+                auto body = std::make_unique<RodBody>(own, curve ? &*curve : nullptr,
                                                       scene.time.damping, joined);
                 if (scene.time.kind == "dynamic") body->start_with_feed();
                 system->refs.push_back({body.get(), nullptr, nullptr, name, body.get()});
