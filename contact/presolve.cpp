@@ -58,14 +58,6 @@ ContactGroups coupled(const ContactProblem& problem, const std::vector<int>& off
     if (problem.W.is_matrix_free()) {
         for (int i = 1; i < n; ++i)
             groups.join(0, i);
-    } else if (problem.W.is_dense()) {
-        const Eigen::MatrixXd& W = problem.W.dense();
-        for (int j = 0; j < n && groups.count() > 1; ++j)
-            for (int i = 0; i < n && groups.count() > 1; ++i)
-                if (groups.find(i) != groups.find(j) &&
-                    !W.block(first(i), first(j), first(i + 1) - first(i), first(j + 1) - first(j))
-                         .isZero(0))
-                    groups.join(i, j);
     } else {
         std::vector<int> owner(static_cast<std::size_t>(problem.q.size()));
         for (int i = 0; i < n; ++i)
@@ -77,7 +69,6 @@ ContactGroups coupled(const ContactProblem& problem, const std::vector<int>& off
                                 owner[static_cast<std::size_t>(row)]);
             return groups;
         }
-        const Delassus::Sparse& W = problem.W.sparse();
         std::vector<int> last_contact(static_cast<std::size_t>(n),
                                       -1); // the contact that joined it last
         const auto join_row = [&](int row, int j) {
@@ -87,6 +78,17 @@ ContactGroups coupled(const ContactProblem& problem, const std::vector<int>& off
             last = j;
             groups.join(i, j);
         };
+        if (problem.W.is_dense()) {
+            const Eigen::MatrixXd& W = problem.W.dense();
+            for (int j = 0; j < n && groups.count() > 1; ++j)
+                for (int c = first(j); c < first(j + 1); ++c) {
+                    const double* const value = W.col(c).data();
+                    for (int row = 0; row < W.rows(); ++row)
+                        if (value[row] != 0) join_row(row, j);
+                }
+            return groups;
+        }
+        const Delassus::Sparse& W = problem.W.sparse();
         for (int j = 0; j < n && groups.count() > 1; ++j) {
             const int column = first(j), columns = first(j + 1) - column;
             const int count = whole_blocks(W, column, columns);

@@ -434,9 +434,12 @@ BodyEnergy RigidBody::accept(const Eigen::VectorXd& contact)
             const Vec3 momentum = step_.rule.end * angular_ + past_angular_;
             constexpr int kTurns = 8; // each brings h |spin| of the error's digits
             Eigen::Quaterniond half = now_.turn;
-            for (int i = 0; i < kTurns; ++i)
+            for (int i = 0; i < kTurns; ++i) {
+                const Eigen::Quaterniond last = half;
                 half = rotation(0.5 * step_.h * solve_symmetric(inertia(half), momentum)) *
                        state_.turn;
+                if (half.coeffs() == last.coeffs()) break; // all others would be the same
+            }
             const Vec3 spin = solve_symmetric(inertia(half), momentum);
             now_.turn = (rotation(step_.h * spin) * state_.turn).normalized();
             now_.spin = solve_symmetric(inertia(now_.turn), angular_);

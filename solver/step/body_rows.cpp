@@ -40,61 +40,80 @@ std::array<Side, 2> sides_of(const Contacts& k, int c)
 
 namespace {
 
-/// Columns that come one after the other, each as its entries in any order.
-class ColumnList {
+/// Columns of the matrices of several bodies, in the order of their rows.
+class ColumnsOfBodies {
 public:
-    /// Of all columns to come.
-    void reserve(std::size_t columns, std::size_t entries)
-    {
-        outer_.reserve(columns + 1);
-        inner_.reserve(entries);
-        value_.reserve(entries);
-    }
-    void add(std::vector<Eigen::Triplet<double>>& column)
+    /// @param column  its entries in any order
+    void add(int body, int row, std::vector<Eigen::Triplet<double>>& column)
     {
         const std::size_t begin = inner_.size();
         inner_.resize(begin + column.size());
         value_.resize(begin + column.size());
-        int row = -1;
+        int last = -1;
         std::size_t end = begin;
         for (const auto& entry : column) {
-            if (entry.row() == row) {
+            if (entry.row() == last) {
                 value_[end - 1] += entry.value();
                 continue;
             }
-            if (entry.row() < row) {
+            if (entry.row() < last) {
                 inner_.resize(begin);
                 value_.resize(begin);
                 std::ranges::stable_sort(column, {}, [](const auto& e) { return e.row(); });
-                return add(column);
+                return add(body, row, column);
             }
-            inner_[end] = row = entry.row();
+            inner_[end] = last = entry.row();
             value_[end++] = entry.value();
         }
         inner_.resize(end);
         value_.resize(end);
-        outer_.push_back(int(end));
+        columns_.push_back({body, row, begin, end});
     }
     /// Adds a column of another matrix.
-    void add(const SparseColumns& from, Eigen::Index column)
+    void add(int body, int row, const SparseColumns& from, Eigen::Index column)
     {
+        const std::size_t before = inner_.size();
         const int begin = from.outerIndexPtr()[column], end = from.outerIndexPtr()[column + 1];
         inner_.insert(inner_.end(), from.innerIndexPtr() + begin, from.innerIndexPtr() + end);
         value_.insert(value_.end(), from.valuePtr() + begin, from.valuePtr() + end);
-        outer_.push_back(int(inner_.size()));
+        columns_.push_back({body, row, before, inner_.size()});
     }
-    SparseColumns matrix(Eigen::Index rows) const
+    /// To each body its own. @param unknowns  of each body
+    void distribute(std::span<const Eigen::Index> unknowns, Rows& p) const
     {
-        SparseColumns A(rows, Eigen::Index(outer_.size()) - 1);
-        A.resizeNonZeros(Eigen::Index(inner_.size()));
-        std::ranges::copy(outer_, A.outerIndexPtr());
-        std::ranges::copy(inner_, A.innerIndexPtr());
-        std::ranges::copy(value_, A.valuePtr());
-        return A;
+        const std::size_t bodies = unknowns.size();
+        std::vector<int> columns(bodies, 0), entries(bodies, 0);
+        for (const Column& c : columns_) {
+            ++columns[std::size_t(c.body)];
+            entries[std::size_t(c.body)] += int(c.end - c.begin);
+        }
+        p.row.resize(bodies);
+        p.columns.resize(bodies);
+        for (std::size_t b = 0; b < bodies; ++b) {
+            p.row[b].clear();
+            p.row[b].reserve(std::size_t(columns[b]));
+            p.columns[b].resize(unknowns[b], columns[b]);
+            p.columns[b].resizeNonZeros(entries[b]);
+        }
+        for (const Column& c : columns_) {
+            std::vector<int>& row = p.row[std::size_t(c.body)];
+            SparseColumns& to = p.columns[std::size_t(c.body)];
+            int* const outer = to.outerIndexPtr() + row.size();
+            const auto begin = std::ptrdiff_t(c.begin), end = std::ptrdiff_t(c.end);
+            std::copy(inner_.begin() + begin, inner_.begin() + end, to.innerIndexPtr() + *outer);
+            std::copy(value_.begin() + begin, value_.begin() + end, to.valuePtr() + *outer);
+            outer[1] = *outer + int(end - begin);
+            row.push_back(c.row);
+        }
     }
 
 private:
-    std::vector<int> outer_{0}, inner_;
+    struct Column {
+        int body, row;
+        std::size_t begin, end; // of its entries
+    };
+    std::vector<Column> columns_;
+    std::vector<int> inner_;
     std::vector<double> value_;
 };
 
@@ -102,9 +121,10 @@ private:
 
 void make_rows(const Contacts& k, Rows& p)
 {
-    const std::size_t bodies = k.bodies.size();
-    p.row.assign(bodies, {});
-    std::vector<ColumnList> columns(bodies);
+    std::vector<Eigen::Index> unknowns;
+    for (const BodyRef& b : k.bodies)
+        unknowns.push_back(b.body->matrix().unknowns());
+    ColumnsOfBodies columns;
     std::vector<Eigen::Triplet<double>> column;
     const int contacts = int(k.all.contact.size());
     p.count = 0;
@@ -116,21 +136,18 @@ void make_rows(const Contacts& k, Rows& p)
         for (const Side& s : sides_of(k, c)) {
             if (s.body < 0) continue;
             const std::size_t b = std::size_t(s.body);
-            if (k.bodies[b].body->matrix().unknowns() == 0) continue;
+            if (unknowns[b] == 0) continue;
             for (int i = 0; i < n; ++i) {
                 const Vec3 d = joint ? k.joints[std::size_t(c - contacts)].direction
                                      : Vec3(k.all.contact[std::size_t(c)].frame.col(i));
                 column.clear();
                 k.bodies[b].body->add_column(s.place, d, s.sign, 0, column);
-                columns[b].add(column);
-                p.row[b].push_back(p.count + i);
+                columns.add(s.body, p.count + i, column);
             }
         }
         p.count += n;
     }
-    p.columns.clear();
-    for (std::size_t b = 0; b < bodies; ++b)
-        p.columns.push_back(columns[b].matrix(k.bodies[b].body->matrix().unknowns()));
+    columns.distribute(unknowns, p);
 }
 
 std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
@@ -167,19 +184,15 @@ void choose_rows(const Rows& all, Rows& p)
         for (int row = all.first[i]; row < end; ++row)
             now[std::size_t(row)] = p.count++;
     }
-    p.row.assign(all.row.size(), {});
-    p.columns.clear();
+    ColumnsOfBodies columns;
+    std::vector<Eigen::Index> unknowns;
     for (std::size_t b = 0; b < all.row.size(); ++b) {
-        ColumnList columns;
-        columns.reserve(all.row[b].size(), std::size_t(all.columns[b].nonZeros()));
-        for (std::size_t j = 0; j < all.row[b].size(); ++j) {
-            const int row = now[std::size_t(all.row[b][j])];
-            if (row < 0) continue;
-            p.row[b].push_back(row);
-            columns.add(all.columns[b], Eigen::Index(j));
-        }
-        p.columns.push_back(columns.matrix(all.columns[b].rows()));
+        unknowns.push_back(all.columns[b].rows());
+        for (std::size_t j = 0; j < all.row[b].size(); ++j)
+            if (const int row = now[std::size_t(all.row[b][j])]; row >= 0)
+                columns.add(int(b), row, all.columns[b], Eigen::Index(j));
     }
+    columns.distribute(unknowns, p);
 }
 
 void row_values(const Contacts& k, const StepInput& step, std::span<const FollowedContact> followed,
@@ -365,6 +378,23 @@ Delassus delassus_of_bodies(const Rows& rows, std::vector<Eigen::MatrixXd> G,
     return Delassus(std::move(W));
 }
 
+namespace {
+
+/// sum(row, row) += W, in runs of rows that follow each other: most of a body's do.
+void add_block(const Eigen::MatrixXd& W, const std::vector<int>& row, Eigen::MatrixXd& sum)
+{
+    for (Eigen::Index begin = 0, end; begin < W.rows(); begin = end) {
+        const int first = row[std::size_t(begin)];
+        for (end = begin + 1; end < W.rows() && row[std::size_t(end)] == first + end - begin;)
+            ++end;
+        for (Eigen::Index j = 0; j < W.cols(); ++j)
+            sum.col(row[std::size_t(j)]).segment(first, end - begin) +=
+                W.col(j).segment(begin, end - begin);
+    }
+}
+
+} // namespace
+
 Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
                        const std::vector<std::pair<int, double>>& soft)
 {
@@ -376,9 +406,7 @@ Delassus sum_of_bodies(const Rows& rows, const std::vector<Eigen::MatrixXd>& W,
     if (entries > kDenseShare * double(n) * double(n)) {
         Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(n, n);
         for (std::size_t b = 0; b < W.size(); ++b)
-            for (Eigen::Index j = 0; j < W[b].cols(); ++j)
-                for (Eigen::Index i = 0; i < W[b].rows(); ++i)
-                    dense(rows.row[b][std::size_t(i)], rows.row[b][std::size_t(j)]) += W[b](i, j);
+            add_block(W[b], rows.row[b], dense);
         for (const auto& [row, s] : soft)
             dense(row, row) += s;
         return Delassus(std::move(dense));
