@@ -21,12 +21,15 @@ constexpr double kFinest = 1e-4;    // of the tolerance: where a finer solution 
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSameLoad = 1e-3;
 constexpr int kMostDrifts = 4;
+constexpr double kSlow = 0.3;           // of the imbalance before
 constexpr double kSizeRounding = 1e-12; // of a body's size
 constexpr double kPushedAside = 1e-2;   // of the forces, that come of faces which deform
 constexpr int kMostRolling = 8; // steps of modes, where the next geometry has other loads anyway
 
-/// Where stress takes much of what contacts hold a body with, multipliers converge by a factor near
-/// 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011, eq. 1.1.
+/// Where stress takes much of what contacts hold a body with, or only the direction of its sliding
+/// friction holds it (a box that is pushed beside its middle), multipliers converge by a factor
+/// near 1 each: the next ones by those before. Source: Anderson 1965 as in Walker & Ni 2011,
+/// eq. 1.1.
 class Extrapolation {
 public:
     /// @param change  of each body's modes; out: what is to be made
@@ -239,6 +242,8 @@ bool BodyStepper::solve_with_modes()
     const int begun = report_.iterations;
     Eigen::VectorXd load_before; // on the modes that were worst in the step before
     int drifts = 0;              // steps in which these did not change
+    bool slow = false;
+    double worst_before = 0;
     for (int step = 0; step < kMostModeSteps; ++step) {
         problem_.q = q;
         std::vector<Eigen::VectorXd> of_load(bodies());
@@ -328,7 +333,9 @@ bool BodyStepper::solve_with_modes()
         }
         if (modes_coupled_) change = coupled_gain(change);
         const bool there = worst <= (linear_ ? kFinest : 0.01) * options_.tolerance;
-        if (some_stressed && !there) extrapolation.improve(mode_, change);
+        slow |= step > 0 && worst > kSlow * worst_before;
+        worst_before = worst;
+        if ((some_stressed || slow) && !there) extrapolation.improve(mode_, change);
         for (std::size_t b = 0; b < bodies(); ++b) {
             if (change[b].size() > 0) mode_[b] += change[b];
             growth = std::max(growth, mode_[b].norm() / body(b).size());

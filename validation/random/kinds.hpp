@@ -37,9 +37,6 @@ struct RandomScene {
     /// Reordered, where it may be more: of two meshes that are as fine either may carry the
     /// multipliers, and the answers differ by what the meshes leave.
     double order = 0;
-    /// How far bodies have turned, where the way of what rolls decides it, step by step [rad]; 0:
-    /// as `same`.
-    double turns = 0;
     double steps = 0; ///< other numbers of steps; 0: the answer depends on them
     std::vector<Twin> twins = {};
     std::vector<std::pair<std::string, std::string>> files = {}; ///< beside the scene: name, text

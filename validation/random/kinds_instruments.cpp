@@ -80,7 +80,6 @@ RandomScene draw_clot_in_tube(Draw& draw)
     s.same = 1e-4; // walls of tubes are sampled
     // Along a level tube the ball is in balance anywhere: contact to 1e-8 of its weight places it.
     s.units = 1e-6;
-    s.turns = 0.2; // of first order in its steps, which snaps of the wire may cut otherwise
     return s;
 }
 

@@ -11,6 +11,8 @@
 namespace amontons::validation {
 namespace {
 
+constexpr double kSameTime = 1e-9; ///< of the run
+
 bool ends_with(const std::string& text, const std::string& tail)
 {
     return text.size() >= tail.size() &&
@@ -114,6 +116,12 @@ double reported_difference(const WrittenRun& run)
     return 0;
 }
 
+/// Of two turns, by their vectors: half a turn has two of them [rad].
+double angle_between(const Vec3& a, const Vec3& b)
+{
+    return Eigen::AngleAxisd(Mat3(turn_by(a).transpose() * turn_by(b))).angle();
+}
+
 /// Number of equal steps of a scene.
 int steps_of(const Json& scene)
 {
@@ -193,8 +201,6 @@ std::vector<Variant> variants_of(const RandomScene& s, std::uint64_t seed, int n
         v.killed_after = draw.real(0.3, 0.9);
         list.push_back(v);
     }
-    for (Variant& v : list)
-        v.turns = s.turns;
     for (const Twin& twin : s.twins) {
         Variant v{twin.name, twin.scene};
         v.tolerance = twin.tolerance;
@@ -204,7 +210,43 @@ std::vector<Variant> variants_of(const RandomScene& s, std::uint64_t seed, int n
     return list;
 }
 
-std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other, const Variant& v)
+bool took_other_steps(const WrittenRun& run, const WrittenRun& other, double units)
+{
+    const std::vector<double> a = run.history.values("time"), b = other.history.values("time");
+    if (a.size() != b.size()) return true;
+    for (std::size_t i = 0; i < a.size(); ++i)
+        if (std::abs(b[i] / units - a[i]) > kSameTime * a.back()) return true;
+    return false;
+}
+
+StepError step_error(const WrittenRun& run, const std::vector<WrittenRun>& finer)
+{
+    constexpr double kSafety = 2; // the error of first order is twice what half the step changes
+    const WrittenHistory& a = run.history;
+    StepError left;
+    for (const WrittenRun& f : finer) {
+        const WrittenHistory& b = f.history;
+        for (const std::string& name : a.names) {
+            if (is_of_the_way(name) || b.column(name) < 0) continue;
+            const std::string stem = name.substr(0, name.size() - 2);
+            double& most = left[a.has_vector(stem) ? stem : name];
+            double apart = 0;
+            if (!a.has_vector(stem)) {
+                apart = std::abs(b.last(name) - a.last(name));
+            } else {
+                const Vec3 here = a.vector(stem, a.rows.size() - 1),
+                           there = b.vector(stem, b.rows.size() - 1);
+                apart =
+                    ends_with(stem, "_turn") ? angle_between(here, there) : (there - here).norm();
+            }
+            most = std::max(most, kSafety * apart);
+        }
+    }
+    return left;
+}
+
+std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other, const Variant& v,
+                                  const StepError& left)
 {
     if (v.tolerance == 0) return compare_bits(run, other, v.name);
     const WrittenHistory &a = run.history, &b = other.history;
@@ -239,8 +281,9 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
     double worst = tolerance;
     std::vector<Finding> found;
     const auto judge = [&](const std::string& name, double value, double there,
-                           const std::string& unit) {
+                           const std::string& unit, const std::string& column) {
         const double difference = std::abs(value - there);
+        if (const auto of = left.find(column); of != left.end() && difference <= of->second) return;
         if (unit == "N" && difference <= rounding) return;
         if (unit == "N m" && difference <= rounding * scale["m"]) return;
         if (unit == "J" && difference <= least_energy + rounding * scale["m"]) return;
@@ -288,7 +331,7 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
         const bool part = (ends_with(name, "_y") || ends_with(name, "_z")) && a.has_vector(stem);
         if (part) continue;
         if (!vector) {
-            judge(name, a.rows.back()[c], b.rows.back()[std::size_t(there)] / factor, unit);
+            judge(name, a.rows.back()[c], b.rows.back()[std::size_t(there)] / factor, unit, name);
             continue;
         }
         Vec3 value = v.turn * a.vector(stem, a.rows.size() - 1), now;
@@ -297,15 +340,13 @@ std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other
             const int axis = column_of(stem + "_" + "xyz"[k], sign);
             now[k] = axis < 0 ? std::nan("") : sign * b.rows.back()[std::size_t(axis)] / factor;
         }
-        if (ends_with(stem, "_turn")) { // half a turn has two vectors
-            const double apart =
-                Eigen::AngleAxisd(Mat3(turn_by(value).transpose() * turn_by(now))).angle();
-            if (!(apart <= v.turns)) judge(stem, 0, apart, unit);
+        if (ends_with(stem, "_turn")) {
+            judge(stem, 0, angle_between(value, now), unit, stem);
             continue;
         }
         // A pair's force is reported on the first of the two, whichever of the names comes first.
         for (int k = 0; k < 3; ++k)
-            judge(stem + "_" + "xyz"[k], value[k], now[k], unit);
+            judge(stem + "_" + "xyz"[k], value[k], now[k], unit, stem);
     }
     return found;
 }

@@ -3,6 +3,7 @@
 #include "validation/random/kinds.hpp"
 #include "validation/random/laws.hpp"
 
+#include <map>
 #include <string>
 #include <vector>
 
@@ -17,7 +18,6 @@ struct Variant {
     double killed_after =
         0; ///< share of the scene's own steps after which it is killed, then resumed; 0: not
     double tolerance = 0; ///< relative to the largest value of a unit; 0: the same bits
-    double turns = 0;     ///< how far bodies may have turned otherwise; 0: as `tolerance` [rad]
     bool forces_only = false;
     Mat3 turn = Mat3::Identity();
     Vec3 shift = Vec3::Zero();
@@ -28,9 +28,19 @@ struct Variant {
 /// All variants of a scene; they depend on seed and number alone.
 std::vector<Variant> variants_of(const RandomScene& scene, std::uint64_t seed, int number);
 
+/// Whether two runs are cut into other steps. @param units  of time, of the other
+bool took_other_steps(const WrittenRun& run, const WrittenRun& other, double units);
+
+/// What the lengths of its steps leave of a run: by column, or by the stem of a vector's columns.
+using StepError = std::map<std::string, double>;
+
+/// Twice what finer runs of the same scene differ by at the end, the largest of them.
+StepError step_error(const WrittenRun& run, const std::vector<WrittenRun>& finer);
+
 /// What differs between a run and that of a variant by more than it may. At most one finding: the
 /// worst.
+/// @param left  of runs that took other steps; what it has no column of: nothing
 std::vector<Finding> compare_runs(const WrittenRun& run, const WrittenRun& other,
-                                  const Variant& variant);
+                                  const Variant& variant, const StepError& left = {});
 
 } // namespace amontons::validation

@@ -4,6 +4,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
@@ -67,6 +68,66 @@ std::string side_by_side(double radius, double fed, double friction)
                        0.5 * std::numbers::pi, pairs, friction);
 }
 
+/// A prism on three feet, which a tip that does not slip on it pushes beside its middle at a
+/// height: at rest the floor's friction, against the motion of each foot, has no moment about the
+/// tip, and what the feet carry is determined.
+struct Prism {
+    double side = 0.006, height = 0.003, mass = 2e-4, friction = 0.3;
+    double tip_radius = 2e-4, tip_height = 0.001, aside = 6e-4;
+
+    std::array<Eigen::Vector2d, 3> feet() const
+    {
+        return {{{-side / 3, -side / 2}, {-side / 3, side / 2}, {2 * side / 3, 0}}};
+    }
+};
+
+struct PrismState {
+    Vec3 pose;   ///< x, y, turn
+    double push; ///< along the wire [N]
+};
+
+/// The prism's velocity by the tip's way, and the push.
+PrismState slide(const Prism& prism, const Vec3& pose, double tip)
+{
+    const Eigen::Rotation2Dd turned(pose.z());
+    const Eigen::Vector2d middle = pose.head<2>();
+    const Eigen::Vector2d touched =
+        Eigen::Vector2d(tip, 0) + prism.tip_radius * (turned * Eigen::Vector2d::UnitX());
+    const auto across = [](const Eigen::Vector2d& x) { return Eigen::Vector2d(-x.y(), x.x()); };
+    Eigen::Vector2d force;
+    const auto moment = [&](double spin) { // about the tip
+        Mat3 balance;
+        std::array<Eigen::Vector2d, 3> foot, against;
+        for (int k = 0; k < 3; ++k) {
+            foot[k] = middle + turned * prism.feet()[k];
+            against[k] =
+                -(Eigen::Vector2d::UnitX() + spin * across(foot[k] - touched)).normalized();
+            balance.col(k) = Vec3(1, foot[k].y(), foot[k].x());
+        }
+        const double weight = prism.mass * kGravity;
+        Vec3 carried = Vec3::Constant(weight / 3);
+        for (int i = 0; i < 60; ++i) { // the tip's height moves loads to the feet before it
+            force.setZero();
+            for (int k = 0; k < 3; ++k)
+                force -= prism.friction * carried[k] * against[k];
+            carried =
+                balance.inverse() * Vec3(weight, weight * middle.y() + prism.tip_height * force.y(),
+                                         weight * middle.x() + prism.tip_height * force.x());
+        }
+        double sum = 0;
+        for (int k = 0; k < 3; ++k)
+            sum += prism.friction * carried[k] * across(foot[k] - touched).dot(against[k]);
+        return sum;
+    };
+    double low = -2000, high = 2000; // [rad/m]
+    const bool sign = moment(low) > 0;
+    for (int i = 0; i < 60; ++i)
+        ((moment(0.5 * (low + high)) > 0) == sign ? low : high) = 0.5 * (low + high);
+    moment(low);
+    const Eigen::Vector2d v = Eigen::Vector2d::UnitX() + low * across(middle - touched);
+    return {{v.x(), v.y(), low}, force.x()};
+}
+
 } // namespace
 
 TEST_CASE("a wire pushes a free box with what its friction holds, in any number of steps")
@@ -87,6 +148,45 @@ TEST_CASE("a wire pushes a free box with what its friction holds, in any number 
         CHECK(std::ranges::any_of(contacts, [](const ContactRecord& c) {
             return std::max(c.body_a, c.body_b) == 2 && std::min(c.body_a, c.body_b) == 1;
         }));
+    }
+}
+
+TEST_CASE("a wire that does not slip on a body turns it where it pushes beside its middle")
+{
+    const Prism prism;
+    const double way = 0.004;
+    constexpr int kWays = 100;
+    Vec3 pose(prism.tip_radius + prism.side / 3, prism.aside, 0);
+    for (int i = 0; i < kWays; ++i) { // midpoint rule
+        const double d = way / kWays, tip = i * d;
+        const Vec3 half = pose + 0.5 * d * slide(prism, pose, tip).pose;
+        pose += d * slide(prism, half, tip + 0.5 * d).pose;
+    }
+    const double push = slide(prism, pose, way).push;
+    std::string feet;
+    for (const Eigen::Vector2d& f : prism.feet())
+        feet += fmt::format("{}[{}, {}]", feet.empty() ? "" : ", ", f.x(), f.y());
+    for (const int steps : {10, 40}) { // of first order
+        CAPTURE(steps);
+        const Result r = done(fmt::format(
+            R"("gravity": [0, 0, -9.81], "bodies": {{
+            "floor": {{"kind": "obstacle", "surface": {{"generate": "plane"}}}},
+            "body": {{"kind": "rigid", "shape": {{"generate": "wedge", "points": [{0}], "length": {1}}},
+                "mass": {2}, "start": {{"place": [{3}, {4}, {5}]}}}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": {6}, "EI": 1e-3,
+                "element": 2.5e-3}}], "introducer": {{"at": [-0.01, 0, {7}], "direction": [1, 0, 0]}},
+                "drive": {{"insertion": [[0, 0.01], [1, {8}]]}}}}}},
+            "contact": [{{"between": ["body", "floor"], "friction": {9}}},
+                        {{"between": ["wire", "body"], "friction": 0.6}}],
+            "time": {{"step": {10}, "end": 1}})",
+            feet, prism.height, prism.mass, prism.tip_radius + prism.side / 3, prism.aside,
+            prism.height / 2, prism.tip_radius, prism.tip_height, 0.01 + way, prism.friction,
+            1.0 / steps));
+        CHECK(r.summary.steps == steps);
+        CHECK(r.value("body_turn_z") == relative(pose.z()).epsilon(0.4 / steps));
+        CHECK(r.value("body_y") - prism.aside ==
+              relative(pose.y() - prism.aside).epsilon(0.4 / steps));
+        CHECK(r.value("wire_push_force") == relative(push).epsilon(0.02 / steps));
     }
 }
 
