@@ -91,27 +91,4 @@ private:
     std::vector<std::int32_t> place_; ///< of a triangle in that order
 };
 
-/// The triangles near a small region, laid out for many queries within it.
-class NearbyTriangles {
-public:
-    /// Gathers what can be nearest to any point within `radius` of `centre`.
-    /// @param near  a triangle that is probably near the centre, or -1
-    /// @return  distance of the centre from the surface [m]
-    double gather(const BoundingTree& tree, const Vec3& centre, double radius,
-                  std::int32_t near = -1);
-    /// Number of triangles.
-    std::size_t count() const { return triangles_.size(); }
-
-    /// As BoundingTree::nearest, for a point of the region.
-    /// @param near  position of a triangle that is probably near, from the last call; begin at 0
-    NearestTriangle nearest(const Vec3& x, std::int32_t& near) const;
-
-private:
-    const BoundingTree* tree_ = nullptr;
-    std::vector<std::int32_t> triangles_;
-    // Of each triangle: a ball around it and its plane, to rule it out.
-    std::vector<double> x_, y_, z_, radius_, nx_, ny_, nz_, offset_;
-    mutable std::vector<char> kept_;
-};
-
 } // namespace amontons

@@ -40,7 +40,7 @@ constexpr double kLeastGradient = 1e-8; // below it the normal has no meaning
 constexpr double kSplineOff = 1;        // cells by which the spline may miss a kinked distance
 constexpr std::size_t kMostBlocks = 16384, kMostBricks = 49152; // 47 and 30 MB
 constexpr std::size_t kLeastShare = 4;      // bricks for which a thread is worth starting
-constexpr std::uint64_t kSampleVersion = 1; // changes with the formulas of samples
+constexpr std::uint64_t kSampleVersion = 2; // changes with the formulas of samples
 constexpr double kUnbounded = -std::numeric_limits<double>::infinity();
 
 using Key = BrickKey;

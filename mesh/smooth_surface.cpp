@@ -14,8 +14,19 @@ namespace amontons {
 namespace {
 
 constexpr int kMostNewton = 10;
-constexpr double kPatchConverged = 1e-7; // of a patch's parameters, before the last step
-constexpr double kLongest = 0.5;         // of a step, in them
+// Of a patch's parameters, before the last step, which squares it where it is Newton's.
+constexpr double kPatchConverged = 1e-5, kDescended = 1e-7;
+constexpr double kLongest = 0.5; // of a step, in them
+
+SmoothSurface::Wide wide(const Vec3& x)
+{
+    return {x[0], x[1], x[2], 0};
+}
+
+double dot(const SmoothSurface::Wide& a, const SmoothSurface::Wide& b)
+{
+    return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
 
 // Weights of a point of edge k, at t from vertex k to vertex k + 1.
 Vec3 on_edge(int k, double t)
@@ -111,63 +122,54 @@ SmoothSurface::Patch SmoothSurface::patch_(std::int32_t i) const
         if (!straight) x -= (q - p).dot(normal) / 3 * normal;
         return x;
     };
-    Patch p;
-    p.number = i;
-    p.b300 = a;
-    p.b030 = b;
-    p.b003 = c;
-    p.b210 = third(a, b, n[0], sharp[0]);
-    p.b120 = third(b, a, n[1], sharp[0]);
-    p.b021 = third(b, c, n[1], sharp[1]);
-    p.b012 = third(c, b, n[2], sharp[1]);
-    p.b102 = third(c, a, n[2], sharp[2]);
-    p.b201 = third(a, c, n[0], sharp[2]);
-    const Vec3 mean = (p.b210 + p.b120 + p.b021 + p.b012 + p.b102 + p.b201) / 6;
-    p.b111 = mean + (mean - (a + b + c) / 3) / 2;
-    return p;
+    const Vec3 b210 = third(a, b, n[0], sharp[0]), b120 = third(b, a, n[1], sharp[0]),
+               b021 = third(b, c, n[1], sharp[1]), b012 = third(c, b, n[2], sharp[1]),
+               b102 = third(c, a, n[2], sharp[2]), b201 = third(a, c, n[0], sharp[2]);
+    const Vec3 mean = (b210 + b120 + b021 + b012 + b102 + b201) / 6,
+               b111 = mean + (mean - (a + b + c) / 3) / 2;
+    return {i,          wide(a),    wide(b),    wide(c),    wide(b210), wide(b120),
+            wide(b021), wide(b012), wide(b102), wide(b201), wide(b111)};
 }
 
 SmoothSurface::Local SmoothSurface::local_(const Patch& p, double u, double v)
 {
     // Weights (w, u, v) of the corners; de Casteljau once gives a quadratic's six points.
     const double w = 1 - u - v;
-    Local at;
-    for (int k = 0; k < 3; ++k) {
-        const double q200 = w * p.b300[k] + u * p.b210[k] + v * p.b201[k],
-                     q020 = w * p.b120[k] + u * p.b030[k] + v * p.b021[k],
-                     q002 = w * p.b102[k] + u * p.b012[k] + v * p.b003[k],
-                     q110 = w * p.b210[k] + u * p.b120[k] + v * p.b111[k],
-                     q011 = w * p.b111[k] + u * p.b021[k] + v * p.b012[k],
-                     q101 = w * p.b201[k] + u * p.b111[k] + v * p.b102[k];
-        const double r100 = w * q200 + u * q110 + v * q101, r010 = w * q110 + u * q020 + v * q011,
-                     r001 = w * q101 + u * q011 + v * q002;
-        at.s[k] = w * r100 + u * r010 + v * r001;
-        at.su[k] = 3 * (r010 - r100);
-        at.sv[k] = 3 * (r001 - r100);
-        at.suu[k] = 6 * (q200 - 2 * q110 + q020);
-        at.svv[k] = 6 * (q200 - 2 * q101 + q002);
-        at.suv[k] = 6 * (q200 - q110 - q101 + q011);
-    }
-    return at;
+    const Wide q200 = w * p.b300 + u * p.b210 + v * p.b201,
+               q020 = w * p.b120 + u * p.b030 + v * p.b021,
+               q002 = w * p.b102 + u * p.b012 + v * p.b003,
+               q110 = w * p.b210 + u * p.b120 + v * p.b111,
+               q011 = w * p.b111 + u * p.b021 + v * p.b012,
+               q101 = w * p.b201 + u * p.b111 + v * p.b102;
+    const Wide r100 = w * q200 + u * q110 + v * q101, r010 = w * q110 + u * q020 + v * q011,
+               r001 = w * q101 + u * q011 + v * q002;
+    return {w * r100 + u * r010 + v * r001,
+            3 * (r010 - r100),
+            3 * (r001 - r100),
+            6 * (q200 - 2 * q110 + q020),
+            6 * (q200 - q110 - q101 + q011),
+            6 * (q200 - 2 * q101 + q002)};
 }
 
 Vec3 SmoothSurface::point(std::int32_t patch, const Vec3& weights) const
 {
-    return local_(patch_(patch), weights[1], weights[2]).s;
+    return local_(patch_(patch), weights[1], weights[2]).position();
 }
 
 // Newton inside a patch; false when it leaves it, with u, v then clamped to its border.
 bool SmoothSurface::inside_(const Patch& p, const Vec3& x, double& u, double& v, Local& at) const
 {
+    const Wide to = wide(x);
     int outside = 0;
     for (int k = 0; k < kMostNewton; ++k) {
         at = local_(p, u, v);
-        const Vec3 e = x - at.s;
-        const double gu = e.dot(at.su), gv = e.dot(at.sv);
-        const double guu = at.su.squaredNorm(), gvv = at.sv.squaredNorm(), guv = at.su.dot(at.sv);
-        double huu = guu - e.dot(at.suu), hvv = gvv - e.dot(at.svv), huv = guv - e.dot(at.suv);
+        const Wide e = to - at.s;
+        const double gu = dot(e, at.su), gv = dot(e, at.sv);
+        const double guu = dot(at.su, at.su), gvv = dot(at.sv, at.sv), guv = dot(at.su, at.sv);
+        double huu = guu - dot(e, at.suu), hvv = gvv - dot(e, at.svv), huv = guv - dot(e, at.suv);
+        double enough = kPatchConverged;
         if (!(huu > 0 && huu * hvv - huv * huv > 1e-3 * guu * gvv)) // not a minimum's: descend
-            huu = guu, hvv = gvv, huv = guv;
+            huu = guu, hvv = gvv, huv = guv, enough = kDescended;
         const double determinant = huu * hvv - huv * huv;
         if (!(determinant > 0)) return false;
         double du = (hvv * gu - huv * gv) / determinant, dv = (huu * gv - huv * gu) / determinant;
@@ -187,7 +189,7 @@ bool SmoothSurface::inside_(const Patch& p, const Vec3& x, double& u, double& v,
                 v /= over;
             }
             if (++outside > 2) return false;
-        } else if (size <= kPatchConverged) {
+        } else if (size <= enough) {
             at = local_(p, u, v);
             return true;
         }
@@ -202,15 +204,15 @@ double SmoothSurface::along_edge_(const Patch& p, const Vec3& x, int edge, doubl
     for (int k = 0; k < kMostNewton; ++k) {
         const Vec3 w = on_edge(edge, t);
         at = local_(p, w[1], w[2]);
-        const Vec3 e = x - at.s, d1 = turn[1] * at.su + turn[2] * at.sv;
-        const Vec3 d2 = turn[1] * turn[1] * at.suu + 2 * turn[1] * turn[2] * at.suv +
+        const Wide e = wide(x) - at.s, d1 = turn[1] * at.su + turn[2] * at.sv;
+        const Wide d2 = turn[1] * turn[1] * at.suu + 2 * turn[1] * turn[2] * at.suv +
                         turn[2] * turn[2] * at.svv;
-        const double h = d1.squaredNorm() - e.dot(d2);
-        const double step = e.dot(d1) / (h > 0.1 * d1.squaredNorm() ? h : d1.squaredNorm());
+        const double size2 = dot(d1, d1), h = size2 - dot(e, d2);
+        const double step = dot(e, d1) / (h > 0.1 * size2 ? h : size2);
         const double next = std::clamp(t + std::clamp(step, -kLongest, kLongest), 0.0, 1.0);
         const double moved = std::abs(next - t);
         t = next;
-        if (moved <= kPatchConverged) break;
+        if (moved <= kDescended) break;
     }
     const Vec3 w = on_edge(edge, t);
     at = local_(p, w[1], w[2]);
@@ -226,7 +228,7 @@ PatchPoint SmoothSurface::nearest(const Vec3& x, std::int32_t patch, const Vec3&
     Local at_point;
     PatchPoint found;
     if (inside_(p, x, u, v, at_point)) {
-        found = {patch, {1 - u - v, u, v}, at_point.s, at_point.su.cross(at_point.sv).normalized()};
+        found = {patch, {1 - u - v, u, v}, at_point.position(), at_point.across().normalized()};
         return found;
     }
     // It left over the edge whose opposite corner has the least weight.
@@ -235,8 +237,8 @@ PatchPoint SmoothSurface::nearest(const Vec3& x, std::int32_t patch, const Vec3&
     w.minCoeff(&corner);
     const int edge = static_cast<int>((corner + 1) % 3);
     const double t = along_edge_(p, x, edge, std::clamp(w[(edge + 1) % 3], 0.0, 1.0), at_point);
-    Vec3 normal = at_point.su.cross(at_point.sv).normalized();
-    found = {patch, on_edge(edge, t), at_point.s, normal};
+    Vec3 normal = at_point.across().normalized();
+    found = {patch, on_edge(edge, t), at_point.position(), normal};
     const std::int32_t beside = neighbours_[at(patch)][static_cast<std::size_t>(edge)];
     if (beside >= 0) {
         const auto& other = coarse_.triangles[at(beside)];
@@ -249,12 +251,12 @@ PatchPoint SmoothSurface::nearest(const Vec3& x, std::int32_t patch, const Vec3&
         u = start[1];
         v = start[2];
         const Local border = local_(q, u, v);
-        normal += border.su.cross(border.sv).normalized();
+        normal += border.across().normalized();
         found.normal = normal.normalized();
         if (inside_(q, x, u, v, at_point) &&
-            (x - at_point.s).squaredNorm() < (x - found.position).squaredNorm())
+            (x - at_point.position()).squaredNorm() < (x - found.position).squaredNorm())
             found = {
-                beside, {1 - u - v, u, v}, at_point.s, at_point.su.cross(at_point.sv).normalized()};
+                beside, {1 - u - v, u, v}, at_point.position(), at_point.across().normalized()};
     }
     return found;
 }
@@ -281,7 +283,7 @@ SurfaceMesh SmoothSurface::refined(int n) const
         std::size_t next = 0;
         for (int r = 0; r <= n; ++r)
             for (int c = 0; c <= r; ++c) {
-                const Vec3 x = local_(p, 1.0 * (r - c) / n, 1.0 * c / n).s;
+                const Vec3 x = local_(p, 1.0 * (r - c) / n, 1.0 * c / n).position();
                 std::int32_t& id = index[next++];
                 if (r == 0)
                     id = t[0];
@@ -335,7 +337,7 @@ double SmoothSurface::deviation() const
         const Patch p = patch_(static_cast<std::int32_t>(i));
         for (const auto& [u, v] :
              {std::pair{1.0 / 3, 1.0 / 3}, {0.5, 0.0}, {0.0, 0.5}, {0.5, 0.5}}) {
-            const Vec3 x = local_(p, u, v).s;
+            const Vec3 x = local_(p, u, v).position();
             const TrianglePoint flat = closest_on_triangle(
                 x, coarse_.points[at(a)], coarse_.points[at(b)], coarse_.points[at(c)]);
             worst = std::max(worst, (x - flat.point).norm());

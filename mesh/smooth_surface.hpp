@@ -36,12 +36,15 @@ public:
     /// The point of a patch at barycentric coordinates [m].
     Vec3 point(std::int32_t patch, const Vec3& weights) const;
 
+    /// Three coordinates and a zero: one register.
+    using Wide = Eigen::Array4d;
+
     /// A curved triangle's Bezier points b_ijk, weights u^i v^j w^k [m].
     struct Patch {
         /// Number of the patch.
         std::int32_t number = -1;
         /// Control points of the cubic triangle [m].
-        Vec3 b300, b030, b003, b210, b120, b021, b012, b102, b201, b111;
+        Wide b300, b030, b003, b210, b120, b021, b012, b102, b201, b111;
     };
 
     /// The nearest point to x by Newton's method from a start near it; on that patch or the
@@ -62,7 +65,14 @@ public:
 
 private:
     struct Local { // position and derivatives along the second and third weight
-        Vec3 s, su, sv, suu, suv, svv;
+        Wide s, su, sv, suu, suv, svv;
+
+        Vec3 position() const { return s.head<3>().matrix(); }
+        Vec3 across() const // not of unit length
+        {
+            return {su[1] * sv[2] - su[2] * sv[1], su[2] * sv[0] - su[0] * sv[2],
+                    su[0] * sv[1] - su[1] * sv[0]};
+        }
     };
 
     Patch patch_(std::int32_t i) const;

@@ -1,6 +1,7 @@
 #include "mesh/surface_distance.hpp"
 
 #include "mesh/base/index.hpp"
+#include "mesh/nearby_triangles.hpp"
 #include "mesh/surface_edges.hpp"
 
 #include <Eigen/Geometry>
@@ -11,8 +12,10 @@ namespace amontons {
 
 namespace {
 
-/// Triangles around a brick, from which on a search in the tree is quicker than a pass over all.
-constexpr std::size_t kManyNearby = 256;
+/// Triangles around a brick, from which on those around parts of it are selected first, of so many
+/// samples along an edge.
+constexpr std::size_t kManyNearby = 64;
+constexpr int kPart = 2;
 
 } // namespace
 
@@ -177,17 +180,31 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
     }
     NearbyTriangles nearby;
     nearby.gather(tree_, centre, radius, middle.triangle);
-    const bool many = nearby.count() > kManyNearby;
-    near = many ? middle.triangle : 0;
+    const bool in_parts = nearby.count() > kManyNearby;
+    const int part = in_parts ? kPart : n;
     SmoothSurface::Patch last;
-    for (int i = 0; i < n; ++i)
-        for (int j = 0; j < n; ++j)
-            for (int k = 0; k < n; ++k) {
-                const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
-                const NearestTriangle place =
-                    many ? tree_.nearest(x, near) : nearby.nearest(x, near);
-                if (many) near = place.triangle;
-                *out++ = from_place_(x, place, last);
+    for (int i0 = 0; i0 < n; i0 += part)
+        for (int j0 = 0; j0 < n; j0 += part)
+            for (int k0 = 0; k0 < n; k0 += part) {
+                const int begin[3] = {i0, j0, k0};
+                int end[3];
+                for (int a = 0; a < 3; ++a)
+                    end[a] = std::min(begin[a] + part, n);
+                if (in_parts) {
+                    Vec3 low, high;
+                    for (int a = 0; a < 3; ++a) {
+                        low[a] = begin[a];
+                        high[a] = end[a] - 1;
+                    }
+                    nearby.select(corner + edges * (0.5 * (low + high)),
+                                  0.5 * (edges * (high - low)).norm());
+                }
+                for (int i = i0; i < end[0]; ++i)
+                    for (int j = j0; j < end[1]; ++j)
+                        for (int k = k0; k < end[2]; ++k) {
+                            const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
+                            out[(i * n + j) * n + k] = from_place_(x, nearby.nearest(x), last);
+                        }
             }
 }
 

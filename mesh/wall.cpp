@@ -157,6 +157,12 @@ Wall make_plane_wall(const Vec3& point, const Vec3& normal)
 
 namespace {
 
+constexpr double kRound = 4.0 / 3; // of the radius of balls on a centreline: a round lumen
+constexpr double kFlattest = 2.5;  // of it: lumens are no wider
+constexpr double kWider = 1.1;     // of it: another lumen
+constexpr double kAtWall = 0.02;   // of it
+constexpr int kMostRayPieces = 200;
+
 /// How deep a place is in a branch; > 0 outside [m].
 struct PlaceInBranch {
     double depth = std::numeric_limits<double>::infinity();
@@ -164,7 +170,27 @@ struct PlaceInBranch {
     Vec3 on_axis = Vec3::Zero(); ///< the nearest point of its centreline [m]
 };
 
-PlaceInBranch place_in(const Branch& branch, const Vec3& x)
+/// The way from a centreline across its lumen to the wall, through a place. The lumen is nowhere
+/// wider on the way than around the centreline, and ends not far from there: else the way leads
+/// into another one.
+/// @param radius  around the centreline
+/// @return  its length [m], or 0
+double way_across(const Wall& wall, const Vec3& from, const Vec3& through, double radius)
+{
+    const Vec3 along = (through - from).normalized();
+    const double to_place = (through - from).norm();
+    WallHint hint;
+    double way = 0;
+    for (int k = 0; k < kMostRayPieces && way <= kFlattest * radius; ++k) {
+        const double room = wall.distance(from + way * along, hint);
+        if (!(room <= kWider * radius)) return 0;
+        if (room <= kAtWall * radius) return way > to_place ? way : 0;
+        way += 0.5 * room;
+    }
+    return 0;
+}
+
+PlaceInBranch place_in(const WallModel& model, const Branch& branch, const Vec3& x)
 {
     PlaceInBranch found;
     const std::vector<Vec3>& c = branch.centreline;
@@ -175,6 +201,7 @@ PlaceInBranch place_in(const Branch& branch, const Vec3& x)
             (c[0].cwiseMin(c[1]) - x).cwiseMax(x - c[0].cwiseMax(c[1])).array();
         return {beyond.maxCoeff(), 0, 0.5 * (c[0] + c[1])};
     }
+    const bool given = branch.kind == Branch::line;
     const std::size_t n = c.size();
     for (std::size_t i = 0; i + 1 < n; ++i) {
         const Vec3& a = c[i];
@@ -184,10 +211,15 @@ PlaceInBranch place_in(const Branch& branch, const Vec3& x)
         if (i + 2 < n) t = std::min(t, 1.0);
         t = std::max(t, 0.0);
         const double last = std::min(t, 1.0);
-        const double radius = branch.radius[i] + last * (branch.radius[i + 1] - branch.radius[i]);
+        const double radius = (given ? kRound : 1.0) *
+                              (branch.radius[i] + last * (branch.radius[i + 1] - branch.radius[i]));
         const Vec3 on_axis = a + t * along;
         const double depth = (x - on_axis).norm() - radius;
         if (depth < found.depth) found = {depth, radius, on_axis};
+    }
+    if (given && found.depth >= 0 && found.radius > 0) { // the lumen may be flat
+        const double way = way_across(model.wall, found.on_axis, x, found.radius / kRound);
+        if (way > 0) found.depth = (x - found.on_axis).norm() - way;
     }
     return found;
 }
@@ -200,7 +232,8 @@ int branch_number_at(const WallModel& model, const Vec3& x)
     PlaceInBranch deepest;
     deepest.depth = 0;
     for (std::size_t i = 0; i < model.branches.size(); ++i)
-        if (const PlaceInBranch p = place_in(model.branches[i], x); p.depth < deepest.depth) {
+        if (const PlaceInBranch p = place_in(model, model.branches[i], x);
+            p.depth < deepest.depth) {
             deepest = p;
             best = static_cast<int>(i);
         }
@@ -209,7 +242,7 @@ int branch_number_at(const WallModel& model, const Vec3& x)
     // Where two centrelines run as one, the place belongs to neither.
     for (std::size_t i = 0; i < model.branches.size(); ++i) {
         if (static_cast<int>(i) == best || model.branches[i].kind != Branch::line) continue;
-        const PlaceInBranch p = place_in(model.branches[i], x);
+        const PlaceInBranch p = place_in(model, model.branches[i], x);
         if (p.depth < 0 && (p.on_axis - deepest.on_axis).norm() < 0.5 * deepest.radius) return -1;
     }
     return best;

@@ -1,4 +1,5 @@
 #include "mesh/bounding_tree.hpp"
+#include "mesh/nearby_triangles.hpp"
 
 #include "mesh/generate/ball.hpp"
 
@@ -52,8 +53,9 @@ TEST_CASE("the tree finds what a search of all triangles finds with or without a
         CHECK(std::sqrt(tree.nearest(x, k).squared) == doctest::Approx(best).epsilon(1e-14));
         CHECK(std::sqrt(tree.nearest(x, -1, 0.1).squared) <= best * 1.1 + 1e-15);
         nearby.gather(tree, x + Vec3{0.05, -0.05, 0.02}, 0.08);
-        std::int32_t near = 0;
-        CHECK(std::sqrt(nearby.nearest(x, near).squared) == doctest::Approx(best).epsilon(1e-14));
+        CHECK(std::sqrt(nearby.nearest(x).squared) == doctest::Approx(best).epsilon(1e-14));
+        nearby.select(x + Vec3{0.01, 0.01, -0.02}, 0.03);
+        CHECK(std::sqrt(nearby.nearest(x).squared) == doctest::Approx(best).epsilon(1e-14));
     }
 }
 
@@ -103,5 +105,39 @@ TEST_CASE("the tree visits each triangle whose box touches another, once, and no
         tree.visit(box, [&](std::int32_t i) { visited.push_back(i); });
         std::sort(visited.begin(), visited.end());
         CHECK(visited == expected);
+    }
+}
+
+TEST_CASE("what is nearest in a region is found in any unit, among needles and large triangles")
+{
+    std::mt19937 rng{5};
+    std::uniform_real_distribution<double> uniform{-1, 1};
+    for (const double unit : {1e-15, 1e-3, 1.0, 1e12}) {
+        SurfaceMesh mesh;
+        const auto add = [&](const Vec3& a, const Vec3& b, const Vec3& c) {
+            const auto first = static_cast<std::int32_t>(mesh.points.size());
+            for (const Vec3& x : {a, b, c})
+                mesh.points.push_back(unit * x);
+            mesh.triangles.push_back({first, first + 1, first + 2});
+        };
+        const auto place = [&] { return Vec3{uniform(rng), uniform(rng), uniform(rng)}; };
+        for (int k = 0; k < 60; ++k) {
+            const Vec3 a = place(), along = place(), aside = place();
+            add(a, a + along, a + along / 3 + 1e-9 * aside); // of almost no area
+            add(a, a + 0.1 * along, a + 0.1 * aside);
+            add(a, a, a + 0.1 * along); // of none
+        }
+        add({-1e4, -1e4, 0.3}, {1e4, -1e4, 0.2}, {0, 2e4, -0.4});
+        const BoundingTree tree{mesh};
+        NearbyTriangles nearby;
+        for (int k = 0; k < 200; ++k) {
+            const Vec3 centre = unit * place();
+            nearby.gather(tree, centre, 0.2 * unit);
+            const Vec3 middle = centre + 0.05 * unit * place();
+            if (k % 2 == 0) nearby.select(middle, 0.1 * unit);
+            const Vec3 x = middle + 0.05 * unit * place();
+            CHECK(std::sqrt(nearby.nearest(x).squared) ==
+                  doctest::Approx(std::sqrt(tree.nearest(x, -1).squared)).epsilon(1e-12));
+        }
     }
 }

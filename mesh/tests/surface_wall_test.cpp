@@ -14,6 +14,7 @@
 #include <cmath>
 #include <doctest/doctest.h>
 #include <filesystem>
+#include <numbers>
 #include <random>
 
 using namespace amontons;
@@ -39,6 +40,36 @@ SurfaceMesh coarse_bend(double edge, WallModel* exact = nullptr)
     SurfaceMesh mesh = *model.surface;
     if (exact) *exact = std::move(model);
     return mesh;
+}
+
+/// A straight open tube along z with half axes a and b, of a length; beside others if they exist.
+void add_oval(SurfaceMesh& mesh, double x, double a, double b, double length)
+{
+    const int around = 32, along = 24;
+    const auto first = static_cast<std::int32_t>(mesh.points.size());
+    for (int i = 0; i <= along; ++i)
+        for (int j = 0; j < around; ++j) {
+            const double angle = 2 * std::numbers::pi * j / around;
+            mesh.points.emplace_back(x + a * std::cos(angle), b * std::sin(angle),
+                                     length * i / along);
+        }
+    for (int i = 0; i < along; ++i)
+        for (int j = 0; j < around; ++j) {
+            const std::int32_t p = first + i * around + j,
+                               q = first + i * around + (j + 1) % around;
+            mesh.triangles.push_back({p, q, p + around});
+            mesh.triangles.push_back({q, q + around, p + around});
+        }
+}
+
+Branch line_along_z(const char* name, double x, double radius, double length)
+{
+    Branch branch;
+    branch.name = name;
+    branch.kind = Branch::line;
+    branch.centreline = {{x, 0, 0}, {x, 0, length / 2}, {x, 0, length}};
+    branch.radius.assign(3, radius);
+    return branch;
 }
 
 double mesh_size(const SurfaceMesh& mesh)
@@ -268,5 +299,53 @@ TEST_CASE(
             CHECK(!(model.wall.clearance(x, hint) > 0)); // the distance is known now
         }
         CHECK(bounds > 10);
+    }
+}
+
+TEST_CASE("all of a flat lumen belongs to the branch along its middle, and nothing beside it")
+{
+    for (const double unit : {1.0, 1e3})
+        for (const double flat : {1.0, 1.5, 2.0, 2.4}) {
+            CAPTURE(flat);
+            const double b = 0.004 * unit, a = flat * b;
+            SurfaceMesh mesh;
+            add_oval(mesh, 0, a, b, 0.06 * unit);
+            add_oval(mesh, 2 * a + 0.1 * b, a, b, 0.06 * unit);
+            WallModel model = make_wall_from_surface(mesh, "inside");
+            model.branches = {line_along_z("own", 0, b, 0.06 * unit)};
+            for (const double z : {0.01, 0.03, 0.05}) {
+                CHECK(branch_at(model, {0.9 * a, 0, z * unit}) == "own");
+                CHECK(branch_at(model, {-0.9 * a, 0, z * unit}) == "own");
+                CHECK(branch_at(model, {0.6 * a, 0.6 * b, z * unit}) == "own");
+                CHECK(branch_at(model, {0, 0.9 * b, z * unit}) == "own");
+                if (flat > 1.3) CHECK(branch_at(model, {1.3 * a, 0, z * unit}) == "");
+                CHECK(branch_at(model, {1.8 * a, 0, z * unit}) == ""); // in the other tube
+            }
+            model.branches.push_back(line_along_z("other", 2 * a + 0.1 * b, b, 0.06 * unit));
+            CHECK(branch_at(model, {1.2 * a, 0, 0.03 * unit}) == "other");
+            CHECK(branch_at(model, {0.9 * a, 0, 0.03 * unit}) == "own");
+        }
+}
+
+TEST_CASE("a branch that begins in the middle of its parent does not take the parent's places")
+{
+    VesselOptions options;
+    options.branches = default_branches();
+    WallModel model = make_vessel(options);
+    Branch side = model.branches[0];
+    const Vec3 out = (side.centreline.back() - side.centreline.front()).normalized();
+    WallHint hint;
+    // From the middle of the arch on, as centrelines of a segmented vessel are.
+    side.kind = Branch::line;
+    side.centreline.insert(side.centreline.begin(), side.centreline.front() - 0.013 * out);
+    side.radius.clear();
+    for (const Vec3& x : side.centreline)
+        side.radius.push_back(model.wall.distance(x, hint));
+    model.branches = {side};
+    const Vec3 middle = side.centreline.front(), along = Vec3::UnitY().cross(out).normalized();
+    CHECK(branch_at(model, side.centreline.back() - 0.01 * out) == side.name);
+    for (const double way : {-0.032, -0.028, -0.024, 0.024, 0.028, 0.032}) {
+        const Vec3 x = middle + way * along + 0.004 * out;
+        if (model.wall.distance(x, hint) > 0) CHECK(branch_at(model, x) == "");
     }
 }

@@ -181,7 +181,6 @@ Polyline line_of(const CentrelineInput& c, const Scene& scene)
 /// Names of the scene for parts of a vessel, and of the openings that they lead to.
 void add_named_branches(const ObstacleInput& o, const Scene& scene, WallModel& model)
 {
-    constexpr double kNotRound = 4.0 / 3; // lumens are wider than the balls that fit in
     for (const NamedBranchInput& b : o.surface.named_branches) {
         Branch branch;
         branch.name = b.name;
@@ -201,8 +200,6 @@ void add_named_branches(const ObstacleInput& o, const Scene& scene, WallModel& m
             for (std::size_t i = branch.radius.size(); i < branch.centreline.size(); ++i)
                 branch.radius.push_back(
                     std::max(0.0, model.wall.distance(branch.centreline[i], hint)));
-            for (double& r : branch.radius)
-                r *= kNotRound;
         }
         if (branch.kind == Branch::line &&
             *std::max_element(branch.radius.begin(), branch.radius.end()) <= 0)

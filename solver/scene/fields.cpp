@@ -81,7 +81,8 @@ ObjectDeclaration declare_named_branch(const ObjectDeclaration& centreline)
          object<&B::centreline>(
              "centreline", centreline,
              "What lies around it, as far as its radius (without one, as the wall is there) and "
-             "a third more, and is not around another branch's as well."),
+             "a third more, or up to the wall of a flat lumen, 2.5 radii at most; and is not "
+             "around another branch's as well."),
          object<&B::ball>("ball", declare_ball(),
                           "A wire whose tip was in it is in the branch "
                           "until it comes back, or into another one."),
