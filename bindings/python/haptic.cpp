@@ -41,8 +41,9 @@ public:
         // Values that are set may be those of a wall: each scene has its own then.
         run_.prepare([text = text_, first = true](const Scene& scene) mutable {
             std::vector<Issue> warnings;
+            FileHashes files;
             const bool shared = std::exchange(first, false);
-            return shared ? text->walls->of(scene, warnings) : build_obstacles(scene);
+            return shared ? text->walls->of(scene, warnings, files) : build_obstacles(scene);
         });
         for (const std::string& w : run_.warnings())
             messages_.push_back("warning: " + w);

@@ -133,7 +133,7 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
         if (shape_.upper_bound(i, x) <= -least) continue;
         const double f = tubes[i].distance(x, near.piece[i]);
         if (!(std::abs(f) < least)) continue;
-        const Vec3 foot = x - f * tubes[i].sample(x).gradient;
+        const Vec3 foot = x - f * tubes[i].normal(x, near.piece[i]);
         bool on_wall = true;
         for (std::size_t j = 0; on_wall && j < tubes.size(); ++j)
             on_wall = j == i || shape_.upper_bound(j, foot) <= -k || tubes[j].distance(foot) <= -k;
@@ -165,6 +165,25 @@ double VesselDistance::distance(const Vec3& x) const
     return distance_(x, kInfinite, near);
 }
 
+double VesselDistance::clearance(const Vec3& x, std::int32_t& near) const
+{
+    const std::vector<VesselTube>& tubes = shape_.fast();
+    double most = -kInfinite;
+    const auto take = [&](std::size_t i) {
+        if (shape_.upper_bound(i, x) <= most) return;
+        if (const double f = tubes[i].distance(x); f > most) {
+            most = f;
+            near = static_cast<std::int32_t>(i);
+        }
+    };
+    const std::int32_t last = near;
+    if (last >= 0 && static_cast<std::size_t>(last) < tubes.size())
+        take(static_cast<std::size_t>(last));
+    for (std::size_t i = 0; i < tubes.size(); ++i)
+        if (static_cast<std::int32_t>(i) != last) take(i);
+    return most / kSteepest;
+}
+
 double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
 {
     const std::vector<VesselTube>& tubes = shape_.fast();
@@ -179,7 +198,7 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
-    const Vec3 foot = x - f * tubes[best].sample(x).gradient;
+    const Vec3 foot = x - f * tubes[best].normal(x, near.piece[best]);
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
         if (tubes[i].distance(foot) > -k) return near_junction_(x, f, near);
@@ -194,14 +213,17 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     const double reach = kSteepest * half.norm(), h = edges.col(0).norm();
     TwoLargest of_tubes;
     for (std::size_t i = 0; i < tubes.size(); ++i)
-        of_tubes.take(i, tubes[i].distance(centre));
+        if (!(shape_.upper_bound(i, centre) < of_tubes.second))
+            of_tubes.take(i, tubes[i].distance(centre));
     const auto [best, f, second] = of_tubes;
-    // The reasons of `distance`, for all points of the cube at once.
-    const bool alone = second + 2 * reach <= f - shape_.blend_width() &&
-                       second + kSteepest * std::abs(f) + 2 * reach <= -shape_.blend_width();
+    // Tubes with no more than that at the centre have no part in any point's distance: the reasons
+    // of `distance_`, for all points of the cube at once.
+    const double others = std::min(f, -kSteepest * std::abs(f)) - shape_.blend_width() - 2 * reach;
+    const bool alone = second <= others;
     Near near{centre, half.norm(), {}, -1, std::vector<int>(tubes.size(), -1)};
     for (std::size_t i = 0; i < tubes.size(); ++i)
-        if (!alone || i == best) near.piece[i] = tubes[i].piece_around(centre, near.size);
+        if (i == best || (!alone && shape_.upper_bound(i, centre) > others))
+            near.piece[i] = tubes[i].piece_around(centre, near.size);
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             for (int l = 0; l < n; ++l) {

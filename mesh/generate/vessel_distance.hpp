@@ -27,6 +27,10 @@ public:
     /// The same at one point, without that exception [m].
     double distance(const Vec3& x) const;
 
+    /// The ball in one tube that is the largest: what joins it only adds free space.
+    /// @param near  the tube
+    double clearance(const Vec3& x, std::int32_t& near) const override;
+
 private:
     struct Near;
     double distance_(const Vec3& x, double band, Near& near) const;

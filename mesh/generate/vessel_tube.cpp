@@ -125,6 +125,25 @@ double VesselTube::inside_(const Piece& p, const Vec3& x)
     return (p.radius + theta * p.bend * p.slope - distance) / std::sqrt(1 + steep * steep);
 }
 
+/// The normal of sample() where the nearest point is inside a piece.
+Vec3 VesselTube::normal_inside_(const Piece& p, const Vec3& x) const
+{
+    Vec3 e = x - p.a0, tangent = p.a1;
+    const double along = e.dot(p.a1);
+    double slope = p.slope;
+    if (p.bend == 0) {
+        e -= along * p.a1;
+    } else {
+        const double out = e.dot(p.a2), from_axis = std::sqrt(along * along + out * out);
+        e -= p.bend / from_axis * (along * p.a1 + out * p.a2);
+        tangent = (out * p.a1 - along * p.a2) / from_axis;
+        slope *= p.bend / from_axis;
+    }
+    const double d = e.norm();
+    if (!(d > kNearAxis * p.radius)) return sample(x).gradient;
+    return (slope * tangent - e / d) / std::sqrt(1 + slope * slope);
+}
+
 double VesselTube::distance(const Vec3& x) const
 {
     const Foot f = foot_(x);

@@ -29,6 +29,12 @@ public:
     {
         return piece < 0 ? distance(x) : inside_(pieces_[std::size_t(piece)], x);
     }
+    /// Its unit normal at x, into the free space.
+    /// @param piece  as of distance()
+    Vec3 normal(const Vec3& x, int piece) const
+    {
+        return piece < 0 ? sample(x).gradient : normal_inside_(pieces_[std::size_t(piece)], x);
+    }
     /// The piece inside which all points of a ball have their nearest point; -1: none.
     /// @param radius  of the ball [m]
     int piece_around(const Vec3& centre, double radius) const;
@@ -52,6 +58,7 @@ private:
     Foot foot_(const Vec3& x) const;
     static double focal_(const Piece& p, const Vec3& x);
     static double inside_(const Piece& p, const Vec3& x);
+    Vec3 normal_inside_(const Piece& p, const Vec3& x) const;
 
     std::vector<Piece> pieces_;
 };

@@ -426,7 +426,8 @@ TEST_CASE("a vessel's tube has the distance, normal and Hessian of the swept tub
         const ImplicitSample t = tube.sample(x);
         distance = std::max(
             {distance, std::abs(t.value - s.distance), std::abs(tube.distance(x) - s.distance)});
-        normal = std::max(normal, (t.gradient - s.normal).norm());
+        normal = std::max(
+            {normal, (t.gradient - s.normal).norm(), (tube.normal(x, piece) - s.normal).norm()});
         hessian = std::max(hessian, (t.hessian - s.hessian).norm() / (100 + s.hessian.norm()));
     }
     CHECK(known > 5000);
@@ -457,4 +458,28 @@ TEST_CASE("who comes first to a wall's junctions changes no bit")
     const std::vector<double> first = distances(forwards, order);
     std::ranges::reverse(order);
     CHECK(first == distances(backwards, order));
+}
+
+TEST_CASE("a vessel that nothing is near to is not sampled: a lower bound of the distance is known")
+{
+    VesselOptions o = default_vessel();
+    o.branches[1].root_diameter = o.branches[1].end_diameter = 0.003;
+    o.resolution = 0.003;
+    const WallModel model = make_vessel(o), sampled = make_vessel(o);
+    std::mt19937 draw{47};
+    std::uniform_real_distribution<double> x{-0.02, 0.12}, y{-0.02, 0.02}, z{-0.01, 0.25};
+    WallHint hint;
+    int free = 0, known = 0;
+    for (int k = 0; k < 1500; ++k) {
+        const Vec3 at{x(draw), y(draw), z(draw)};
+        WallHint fresh, other;
+        const double least = model.wall.clearance(at, hint);
+        CHECK(least == model.wall.clearance(at, fresh)); // none where a block is filled
+        const double distance = sampled.wall.distance(at, other);
+        CHECK(least <= distance);
+        free += distance > 0.003;
+        known += least > 0.8 * distance;
+    }
+    CHECK(free > 50);
+    CHECK(known > 0.6 * free);
 }

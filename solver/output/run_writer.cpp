@@ -7,6 +7,7 @@
 #include "solver/module.hpp"
 #include "solver/output/beam_tube.hpp"
 #include "solver/output/frame_bytes.hpp"
+#include "solver/scene/fingerprint.hpp"
 #include "solver/scene/read.hpp"
 
 #include <algorithm>
@@ -98,16 +99,20 @@ std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obsta
     Scene decisive = scene;
     decisive.title.clear();
     decisive.output.picture = decisive.output.plots = false;
-    std::string bytes = resolved_scene(decisive);
-    const auto add = [&](const auto& items) {
-        using Item = typename std::decay_t<decltype(items)>::value_type;
-        const std::uint64_t hash =
-            hash_bytes({reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item)});
+    std::string bytes;
+    const auto add = [&](std::uint64_t hash) {
         bytes.append(reinterpret_cast<const char*>(&hash), sizeof hash);
     };
+    const auto hash_of = [](const auto& items) {
+        using Item = typename std::decay_t<decltype(items)>::value_type;
+        return hash_bytes(
+            {reinterpret_cast<const char*>(items.data()), items.size() * sizeof(Item)});
+    };
+    FileHashes files;
+    add(fingerprint(decisive, files));
     for (const Obstacle& o : obstacles) {
-        add(o.model.surface->points);
-        add(o.model.surface->triangles);
+        add(hash_of(o.model.surface->points));
+        add(hash_of(o.model.surface->triangles));
     }
     return hash_bytes(bytes);
 }

@@ -23,8 +23,8 @@ struct RunWriterOptions {
     bool resume = false; ///< continue from the folder's checkpoint
 };
 
-/// Hash of what decides the results: the scene without its title and pictures, and the
-/// obstacles' surfaces.
+/// Hash of what decides the results: the scene without its title and pictures, the files that it
+/// names, and the obstacles' surfaces.
 std::uint64_t hash_of_run(const Scene& scene, const std::vector<Obstacle>& obstacles);
 
 /// "catheter" of examples/catheter/scene.json, "narrow" of narrow.json.

@@ -13,6 +13,7 @@
 #include "solver/program/interrupt.hpp"
 #include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
+#include "solver/scene/fingerprint.hpp"
 #include "solver/scene/read.hpp"
 #include "validation/study/table.hpp"
 
@@ -45,20 +46,13 @@ struct StudyArguments {
 
 // ---- the scene of a point
 
-/// Fingerprint of what decides a run's results: the scene but for its title and output, and the
-/// bytes of every file that it names.
-/// @param files  fingerprints of files that were seen before
-std::string hash_of(Scene scene, std::map<std::string, std::uint64_t>& files)
+/// Fingerprint of what decides a run's results: all but the scene's title and output.
+/// @param files  those that were seen before
+std::string hash_of(Scene scene, FileHashes& files)
 {
     scene.title.clear();
     scene.output = {};
-    std::string all = resolved_scene(scene);
-    for (const NamedFile& f : named_files(scene)) {
-        const auto [at, fresh] = files.emplace(f.path, 0);
-        if (fresh) at->second = hash_bytes(read_file(f.path));
-        all += fmt::format("\n{} {:016x}", f.name, at->second);
-    }
-    return fmt::format("{:016x}", hash_bytes(all));
+    return fmt::format("{:016x}", fingerprint(scene, files));
 }
 
 // ---- the folder
@@ -283,7 +277,7 @@ void run_study(const StudyArguments& a, Session& session)
 
     // Everything that can be reported beforehand is reported before the first run.
     std::vector<Work> work;
-    std::map<std::string, std::uint64_t> files;
+    FileHashes files;
     collect([&] { about.hash = hash_of(read_scene(a.scene.scene, a.scene.overrides), files); });
     if (issues.empty())
         for (const Point& p : points) {

@@ -6,6 +6,7 @@
 #include "solver/step/plan.hpp"
 
 #include <cmath>
+#include <cstddef>
 #include <cstdint>
 #include <cstring>
 #include <fmt/format.h>
@@ -13,29 +14,50 @@
 namespace amontons {
 namespace {
 
-/// All that obstacles are made of, as text.
-std::string walls_text(const Scene& scene)
+/// A scene of the walls alone.
+Scene walls_of(const Scene& scene)
 {
     Scene only;
     only.file = scene.file;
     only.obstacles = scene.obstacles;
     for (const ObstacleInput& o : scene.obstacles)
         only.order.push_back(o.name);
-    return resolved_scene(only);
+    return only;
 }
 
-constexpr char kStateMark[8] = {'a', 'm', 'o', 'n', 's', 't', '0', '2'};
+/// Fingerprint of what gives a state its meaning.
+std::uint64_t state_fingerprint(Scene scene, FileHashes& files)
+{
+    scene.title.clear();
+    scene.output = {};
+    scene.time.end = 0;
+    return fingerprint(scene, files);
+}
+
+constexpr char kStateMark[8] = {'a', 'm', 'o', 'n', 's', 't', '0', '3'};
+
+/// What stands before the bytes of a state.
+struct StateHead {
+    char mark[8];
+    std::uint64_t hash; // of all behind it
+    std::uint64_t scene, record_size;
+};
+constexpr std::size_t kHashed = offsetof(StateHead, scene);
 
 } // namespace
 
-std::vector<Obstacle> SharedWalls::of(const Scene& scene, std::vector<Issue>& warnings)
+std::vector<Obstacle> SharedWalls::of(const Scene& scene, std::vector<Issue>& warnings,
+                                      FileHashes& files)
 {
     const std::lock_guard lock(mutex_);
     if (!made_) {
         warnings_.clear();
+        files_.clear();
+        fingerprint(walls_of(scene), files_);
         made_ = build_obstacles(scene, &warnings_);
     }
     warnings = warnings_;
+    files.insert(files_.begin(), files_.end());
     std::vector<Obstacle> all;
     for (const Obstacle& o : *made_)
         all.push_back(o.share());
@@ -59,7 +81,8 @@ SharedScene change_scene(const SceneText& from, const std::vector<std::string>& 
     all.insert(all.end(), more.begin(), more.end());
     const auto next =
         std::const_pointer_cast<SceneText>(read_scene_text(from.text, from.file, std::move(all)));
-    if (walls_text(next->scene) == walls_text(from.scene)) next->walls = from.walls;
+    if (resolved_scene(walls_of(next->scene)) == resolved_scene(walls_of(from.scene)))
+        next->walls = from.walls;
     return next;
 }
 
@@ -68,7 +91,8 @@ std::string check_scene(const SceneText& from)
     Scene scene = from.scene;
     place_introducers(scene);
     std::vector<Issue> warnings;
-    std::vector<Obstacle> obstacles = from.walls->of(scene, warnings);
+    FileHashes files;
+    std::vector<Obstacle> obstacles = from.walls->of(scene, warnings, files);
     SimulationOptions how;
     how.refuse = false;
     const std::unique_ptr<Simulation> simulation =
@@ -89,11 +113,14 @@ void SteppedScene::make(const SharedScene& from)
     Scene scene = from->scene;
     std::vector<DepthLine> lines = place_introducers(scene);
     std::vector<Issue> warnings;
-    std::vector<Obstacle> obstacles = from->walls->of(scene, warnings);
+    FileHashes files;
+    std::vector<Obstacle> obstacles = from->walls->of(scene, warnings, files);
+    const std::uint64_t print = state_fingerprint(from->scene, files);
     auto made = make_simulation(scene, std::move(obstacles), options_);
     for (const Issue& w : made->warnings())
         warnings.push_back(w);
     simulation_ = std::move(made);
+    fingerprint_ = print;
     lines_ = std::move(lines);
     warnings_ = std::move(warnings);
 }
@@ -149,39 +176,41 @@ std::string SteppedScene::save() const
     const std::vector<std::byte> last_record =
                                      record_ ? bytes_of(record_->step) : std::vector<std::byte>{},
                                  state = simulation_->save();
-    const auto size = std::uint64_t(last_record.size());
-    std::uint64_t hash = 0; // of all behind it
-    std::string all(kStateMark, sizeof kStateMark);
-    all.reserve(all.size() + sizeof hash + sizeof size + last_record.size() + state.size());
-    all.append(sizeof hash, '\0');
-    all.append(reinterpret_cast<const char*>(&size), sizeof size);
+    StateHead head{{}, 0, fingerprint_, last_record.size()};
+    std::memcpy(head.mark, kStateMark, sizeof kStateMark);
+    std::string all;
+    all.reserve(sizeof head + last_record.size() + state.size());
+    all.append(reinterpret_cast<const char*>(&head), sizeof head);
     all.append(reinterpret_cast<const char*>(last_record.data()), last_record.size());
     all.append(reinterpret_cast<const char*>(state.data()), state.size());
-    hash = hash_bytes(std::string_view(all).substr(sizeof kStateMark + sizeof hash));
-    std::memcpy(all.data() + sizeof kStateMark, &hash, sizeof hash);
+    head.hash = hash_bytes(std::string_view(all).substr(kHashed));
+    std::memcpy(all.data() + offsetof(StateHead, hash), &head.hash, sizeof head.hash);
     return all;
 }
 
 void SteppedScene::restore(std::string_view text)
 {
-    std::uint64_t hash = 0, size = 0;
-    constexpr std::size_t kHashed = sizeof kStateMark + sizeof hash, kHead = kHashed + sizeof size;
-    const auto refuse = [](const char* found) {
-        throw InputError({{"", "state", found, "what save gave, of the same scene"}});
+    const auto refuse = [](const char* found, const char* allowed = "what save gave") {
+        throw InputError({{"", "state", found, allowed}});
     };
-    if (text.size() < kHead || std::memcmp(text.data(), kStateMark, sizeof kStateMark) != 0)
+    StateHead head;
+    if (text.size() < sizeof head || std::memcmp(text.data(), kStateMark, sizeof kStateMark) != 0)
         refuse("other bytes");
-    std::memcpy(&hash, text.data() + sizeof kStateMark, sizeof hash);
-    if (hash != hash_bytes(text.substr(kHashed))) refuse("bytes that were changed or are missing");
-    std::memcpy(&size, text.data() + kHashed, sizeof size);
-    if (size > text.size() - kHead) refuse("bytes that end early");
-    const auto* first = reinterpret_cast<const std::byte*>(text.data()) + kHead;
+    std::memcpy(&head, text.data(), sizeof head);
+    if (head.hash != hash_bytes(text.substr(kHashed)))
+        refuse("bytes that were changed or are missing");
+    if (head.scene != fingerprint_)
+        refuse("the state of another scene",
+               "a state of this scene with the same values and files; title, output and time.end "
+               "may differ");
+    if (head.record_size > text.size() - sizeof head) refuse("bytes that end early");
+    const auto* first = reinterpret_cast<const std::byte*>(text.data()) + sizeof head;
     Record record;
-    if (size > 0)
+    if (head.record_size > 0)
         record = std::make_shared<const ReportedStep>(
-            ReportedStep{record_from({first, first + size}), bodies_});
+            ReportedStep{record_from({first, first + head.record_size}), bodies_});
     simulation_->restore(
-        {first + size, reinterpret_cast<const std::byte*>(text.data()) + text.size()});
+        {first + head.record_size, reinterpret_cast<const std::byte*>(text.data()) + text.size()});
     record_ = std::move(record);
     last_ = {};
     if (record_) last_.outcome = StepResult::Outcome::accepted;

@@ -1,9 +1,11 @@
 #pragma once
 
 #include "solver/obstacle/build.hpp"
+#include "solver/scene/fingerprint.hpp"
 #include "solver/step/simulation.hpp"
 
 #include <atomic>
+#include <cstdint>
 #include <limits>
 #include <memory>
 #include <mutex>
@@ -22,11 +24,13 @@ namespace amontons {
 class SharedWalls {
 public:
     /// Shares of them, for one simulation. @throws InputError
-    std::vector<Obstacle> of(const Scene& scene, std::vector<Issue>& warnings);
+    /// @param files  gets the hashes of the files that they were made of
+    std::vector<Obstacle> of(const Scene& scene, std::vector<Issue>& warnings, FileHashes& files);
 
 private:
     std::mutex mutex_;
     std::optional<std::vector<Obstacle>> made_;
+    FileHashes files_;
     std::vector<Issue> warnings_;
 };
 
@@ -99,11 +103,13 @@ public:
     /// Changes fields of the scene and continues from the present state.
     /// @throws InputError  if the state does not fit the changed scene; nothing is changed
     void change(const std::vector<std::string>& overrides);
-    /// The changed scene in the present state; this one stays as it is. @throws InputError  as change
+    /// The changed scene in the present state; this one stays as it is. @throws InputError  as
+    /// change
     SteppedScene changed(const std::vector<std::string>& overrides) const;
     /// Everything, with the last record, for a bit-identical continuation.
     std::string save() const;
-    /// @throws InputError  not of this scene; nothing is changed
+    /// @throws InputError  of a scene that differs from this one by more than title, output and
+    ///         end, or of another version of its files; nothing is changed
     void restore(std::string_view state);
     /// Restarts the scene, with its present fields, at its beginning; all inputs follow the scene's
     /// curves again. @throws InputError
@@ -124,6 +130,7 @@ private:
     std::vector<Issue> warnings_;
     std::shared_ptr<const std::vector<std::string>> bodies_;
     std::shared_ptr<Simulation> simulation_;
+    std::uint64_t fingerprint_ = 0; ///< of the scene and its files, of which the simulation is made
     Record record_;
     StepResult last_;
 };

@@ -237,6 +237,19 @@ class Resume(Case):
         self.refused(self.scene(), "--set", "contact.0.friction=0.3", "--output", "out", "--resume",
                      command="run", contains=["another scene"])
 
+    @unittest.skipIf(STUB, "falls, in the program alone")
+    def test_checkpoint_of_another_file_of_the_same_size(self):
+        shape = self.folder / "tool.obj"
+        shape.write_text(TETRAHEDRON)
+        scene = self.scene(text=json.dumps({
+            "schema": 1, "bodies": {"tool": {"kind": "rigid", "mass": 1, "shape": {"file": "tool.obj"}}},
+            "gravity": [0, 0, -9.81], "time": {"kind": "dynamic", "step": 0.01, "end": 0.1},
+            "output": {"picture": False, "plots": False}}))
+        self.assertEqual(self.call("run", scene, "--output", "out").returncode, 0)
+        self.assertEqual(self.call("run", scene, "--output", "out", "--resume").returncode, 0)
+        shape.write_text(TETRAHEDRON.replace("v 1 0 0", "v 2 0 0"))
+        self.refused(scene, "--output", "out", "--resume", command="run", contains=["another scene"])
+
     def files(self, directory):
         """All results by name, without what reports the time or the folder."""
         found = {}

@@ -179,6 +179,21 @@ class Numbers(Case):
             else:  # what was set in the scene stays
                 self.assertEqual(served.scene()["scene"]["gravity"][0], value)
 
+    def test_a_state_of_another_scene_is_refused_though_its_sizes_fit(self):
+        for scene, path, value in ((WIRE, "bodies.wire.segments.0.EI", 6e-4), (WIRE, "contact.0.friction", 0.2), (BLOCK, "bodies.box.mass", 3)):
+            served = self.serve(scene)
+            served.step(count=4)
+            state = served.save()["state"]
+            other = self.serve(scene, "--set", f"{path}={value}")
+            other.step()
+            before = other.save()["state"]
+            issues = self.refused(other.restore, state=state)
+            self.assertEqual([(i["place"], i["found"]) for i in issues], [("state", "the state of another scene")])
+            self.assertEqual(other.save()["state"], before)
+            served.set(path=path, value=value)  # takes the state along: from here on it is one of that scene
+            self.refused(served.restore, state=state)
+            self.assertEqual(other.restore(state=served.save()["state"])["quantities"], served.state()["quantities"])
+
     def test_an_input_moves_its_drive_and_a_path_changes_the_scene(self):
         served = self.serve(WIRE)
         served.step(count=11)

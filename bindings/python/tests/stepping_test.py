@@ -2,6 +2,7 @@
 
 import math
 import os
+import shutil
 import signal
 import subprocess
 import sys
@@ -86,6 +87,60 @@ class SteppingTest(Case):
                 with self.assertRaises(am.InputError):
                     sim.restore(wrong)
                 self.assertEqual(sim.save(), before)
+
+    def test_a_state_of_another_scene_is_refused_though_its_sizes_fit(self):
+        for scene, others in ((tube_and_wire(), {"bodies.wire.segments.0.EI": 6e-4, "bodies.tube.surface.radius": 0.0041, "contact.0.friction": 0.2,
+                                                 "bodies.wire.drive.insertion": [[0, 0], [8, 0.07]], "time.step": 0.05}),
+                              (block(), {"bodies.block.material.youngs_modulus": 2e5, "bodies.block.material.poisson_ratio": 0.4,
+                                         "gravity": [0, 0, -9.81], "bodies.block.hold.0.z": -0.001}),
+                              (ball(), {"bodies.ball.mass": 3, "bodies.ball.shape.radius": 0.2})):
+            sim = am.Simulation(scene)
+            record = sim.step(3)
+            state = sim.save()
+            for path, value in others.items():
+                other = am.Simulation(scene, set={path: value})
+                before = other.save()
+                with self.refused("state", "another scene", "the same values"):
+                    other.restore(state)
+                self.assertEqual(other.save(), before)
+                batch = am.Batch(scene, 2, set=[{}, {path: value}])
+                with self.refused("", "another scene"):
+                    batch.restore([state, state])
+            for path, value in {"title": "another", "output.every": 7, "time.end": 16}.items():
+                other = am.Simulation(scene, set={path: value})
+                other.restore(state)
+                self.assertEqual(bits(other.record), bits(record))
+                self.assertEqual(bits(other.step()), bits(sim.step()))
+                sim.restore(state)
+
+    def test_a_state_belongs_to_the_files_that_its_scene_names(self):
+        corners = np.array([[x, y, z] for z in (0, 1) for y in (0, 1) for x in (0, 1)], dtype=float)
+        faces = ((0, 2, 3), (0, 3, 1), (4, 5, 7), (4, 7, 6), (0, 1, 5), (0, 5, 4), (2, 6, 7), (2, 7, 3), (0, 4, 6), (0, 6, 2), (1, 3, 7), (1, 7, 5))
+
+        def write(name, size):
+            with open(name, "w") as file:
+                file.writelines(f"v {x} {y} {z}\n" for x, y, z in (corners - 0.5) * size)
+                file.writelines(f"f {a + 1} {b + 1} {c + 1}\n" for a, b, c in faces)
+        for body in ("tool", "floor"):
+            scene = {"schema": 1, "bodies": {
+                "floor": {"kind": "obstacle", "surface": {"file": "floor.obj"}},
+                "tool": {"kind": "rigid", "mass": 1, "shape": {"file": "tool.obj"}, "start": {"place": [0, 0, 0.2]}}},
+                "contact": [{"between": ["tool", "floor"], "friction": 0.3}],
+                "gravity": [0, 0, -9.81], "time": {"kind": "dynamic", "step": 0.01, "end": 1}}
+            with folder():
+                write("floor.obj", 0.2)
+                write("tool.obj", 0.1)
+                sim = am.Simulation(scene)
+                sim.step(3)
+                state = sim.save()
+                os.mkdir("elsewhere")
+                for name in ("floor.obj", "tool.obj"):
+                    shutil.copy(name, "elsewhere")
+                am.Simulation(am.Scene(scene, folder="elsewhere")).restore(state)  # copies are the same
+                write(body + ".obj", 0.11)
+                with self.refused("state", "another scene"):
+                    am.Simulation(scene).restore(state)
+                sim.restore(state)  # made before the file was another
 
     def test_a_step_that_fails_leaves_the_last_one(self):
         sim = am.Simulation(pressed_flat())
@@ -231,9 +286,9 @@ class SteppingTest(Case):
     def test_a_scene_changed_between_steps_is_that_of_a_new_simulation(self):
         sim = am.Simulation(tube_and_wire())
         sim.step(30)
+        sim.set("contact.0.friction", 0.4)
         other = am.Simulation(tube_and_wire(), set={"contact.0.friction": 0.4})
         other.restore(sim.save())
-        sim.set("contact.0.friction", 0.4)
         self.assertEqual(sim.scene["contact.0.friction"], 0.4)
         self.assertEqual([bits(sim.step()) for _ in range(5)], [bits(other.step()) for _ in range(5)])
         before = sim.save()
