@@ -3,6 +3,7 @@
 #include "solver/beam/rotation.hpp"
 #include "solver/beam/table_law.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 
 // Kinematics. With q1, q2 the nodes' rotations, e = x2 - x1, (w, p) = q1* q2 and y = R1^T e,

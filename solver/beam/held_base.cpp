@@ -2,6 +2,7 @@
 
 #include "solver/beam/table_law.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 
