@@ -1,7 +1,5 @@
 #include "mesh/generate/vessel_distance.hpp"
 
-#include "mesh/base/dense.hpp"
-
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
@@ -27,7 +25,8 @@ struct VesselDistance::Near {
     std::vector<EdgeSeeds::Near> seeds; // that reach into a ball around the centre
     double reach = -1;                  // its radius [m]
     std::vector<int>
-        piece; // of each tube, inside which the points have their nearest points, or -1
+        piece;         // of each tube, inside which the points have their nearest points, or -1
+    VesselPieces feet; // the same of what is as near as the wall, once they are requested
 };
 
 namespace {
@@ -94,37 +93,47 @@ double VesselDistance::slide_(const Vec3& x, Vec3 p) const
 // Nearest point p of {F = 0} to x: p - x + mu grad F(p) = 0, F(p) = 0.
 // @param squared  distance of the seed
 // @return  the distance
-double VesselDistance::from_edge_(const Vec3& x, const Vec3& seed, double squared) const
+double VesselDistance::from_edge_(const Vec3& x, const Vec3& seed, double squared, Near& near) const
 {
     const double seed_distance = std::sqrt(squared), longest = shape_.blend_width();
     Vec3 p = seed;
-    ImplicitSample s = shape_.sample(p);
+    ImplicitSample s = shape_.sample(p, near.feet);
     double mu = (x - p).dot(s.gradient) / s.gradient.squaredNorm();
     for (int k = 0; k < kMostFootSteps; ++k) {
-        Eigen::Matrix4d a;
-        a.topLeftCorner<3, 3>() = Mat3::Identity() + mu * s.hessian;
-        a.topRightCorner<3, 1>() = s.gradient;
-        a.bottomLeftCorner<1, 3>() = s.gradient.transpose();
-        a(3, 3) = 0;
-        Eigen::Vector4d residual;
-        residual << p - x + mu * s.gradient, s.value;
-        const Eigen::Vector4d step = solve_small(a, residual);
-        const double length = step.head<3>().norm();
+        // By the columns of I + mu H: rows of its inverse are their cross products.
+        const Mat3 bent = Mat3::Identity() + mu * s.hessian;
+        Mat3 inverse;
+        for (int a = 0; a < 3; ++a)
+            inverse.row(a) = bent.col((a + 1) % 3).cross(bent.col((a + 2) % 3));
+        inverse /= inverse.row(0).dot(bent.col(0));
+        const Vec3 across = inverse * (p - x + mu * s.gradient), along = inverse * s.gradient;
+        const double change = (s.gradient.dot(across) - s.value) / s.gradient.dot(along);
+        const Vec3 step = across - change * along;
+        const double length = step.norm();
         if (!(length <= longest)) break; // also when it is not a number
-        p -= step.head<3>();
-        mu -= step[3];
+        p -= step;
+        mu -= change;
         if (length <= kFootConverged * (length + seed_distance + longest)) {
             const double found = (x - p).norm();
             if (found <= seed_distance) return found;
             break; // a farthest point, beyond a centre of curvature
         }
-        s = shape_.sample(p);
+        s = shape_.sample(p, near.feet);
     }
     return slide_(x, seed);
 }
 
+/// @param f  distance of one of the points [m]
+void VesselDistance::find_feet_(Near& near, double f) const
+{
+    if (near.feet.squared < 0)
+        near.feet = shape_.pieces_around(near.centre, kSteepest * std::abs(f) + 3 * near.size +
+                                                          shape_.blend_width());
+}
+
 double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) const
 {
+    find_feet_(near, value);
     // ---- Nearest points of single tubes
     const std::vector<VesselTube>& tubes = shape_.fast();
     const double k = shape_.blend_width();
@@ -136,7 +145,8 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
         const Vec3 foot = x - f * tubes[i].normal(x, near.piece[i]);
         bool on_wall = true;
         for (std::size_t j = 0; on_wall && j < tubes.size(); ++j)
-            on_wall = j == i || shape_.upper_bound(j, foot) <= -k || tubes[j].distance(foot) <= -k;
+            on_wall = j == i || shape_.upper_bound(j, foot) <= -k ||
+                      tubes[j].distance(foot, near.feet.of(j, foot)) <= -k;
         if (on_wall) least = std::abs(f);
     }
 
@@ -150,7 +160,7 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
         double squared = least * least;
         if (const Vec3* seed = EdgeSeeds::nearest(x, near.centre, near.seeds, squared))
             if (squared <= reach * reach) {
-                least = std::min(least, from_edge_(x, *seed, squared));
+                least = std::min(least, from_edge_(x, *seed, squared, near));
                 break;
             }
         if (least <= reach) break;
@@ -161,7 +171,7 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
 
 double VesselDistance::distance(const Vec3& x) const
 {
-    Near near{x, 0, {}, -1, std::vector<int>(shape_.fast().size(), -1)};
+    Near near{x, 0, {}, -1, std::vector<int>(shape_.fast().size(), -1), {}};
     return distance_(x, kInfinite, near);
 }
 
@@ -194,14 +204,18 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
             of_tubes.take(i, tubes[i].distance(x, near.piece[i]));
     const auto [best, f, second] = of_tubes;
     if (std::abs(f) > band) return f;
-    if (second > f - k) return near_junction_(x, shape_.value(x), near);
+    if (second > f - k) {
+        find_feet_(near, f);
+        return near_junction_(x, shape_.value(x, near.feet), near);
+    }
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
+    find_feet_(near, f);
     const Vec3 foot = x - f * tubes[best].normal(x, near.piece[best]);
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
-        if (tubes[i].distance(foot) > -k) return near_junction_(x, f, near);
+        if (tubes[i].distance(foot, near.feet.of(i, foot)) > -k) return near_junction_(x, f, near);
     }
     return f;
 }
@@ -220,7 +234,7 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     // of `distance_`, for all points of the cube at once.
     const double others = std::min(f, -kSteepest * std::abs(f)) - shape_.blend_width() - 2 * reach;
     const bool alone = second <= others;
-    Near near{centre, half.norm(), {}, -1, std::vector<int>(tubes.size(), -1)};
+    Near near{centre, half.norm(), {}, -1, std::vector<int>(tubes.size(), -1), {}};
     for (std::size_t i = 0; i < tubes.size(); ++i)
         if (i == best || (!alone && shape_.upper_bound(i, centre) > others))
             near.piece[i] = tubes[i].piece_around(centre, near.size);

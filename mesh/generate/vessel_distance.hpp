@@ -36,7 +36,8 @@ private:
     double distance_(const Vec3& x, double band, Near& near) const;
     double near_junction_(const Vec3& x, double value, Near& near) const;
     double slide_(const Vec3& x, Vec3 p) const;
-    double from_edge_(const Vec3& x, const Vec3& seed, double squared) const;
+    double from_edge_(const Vec3& x, const Vec3& seed, double squared, Near& near) const;
+    void find_feet_(Near& near, double f) const;
 
     VesselShape shape_;
     EdgeSeeds seeds_; // of shape_

@@ -49,12 +49,20 @@ VesselShape::Around VesselShape::around(const SweptTube& tube)
     return is_straight ? straight : ball;
 }
 
-double VesselShape::value(const Vec3& x) const
+VesselPieces VesselShape::pieces_around(const Vec3& centre, double radius) const
 {
-    double f = fast_[0].distance(x);
+    VesselPieces p{centre, radius * radius};
+    for (const VesselTube& tube : fast_)
+        p.piece.push_back(tube.piece_around(centre, radius));
+    return p;
+}
+
+double VesselShape::value(const Vec3& x, const VesselPieces& near) const
+{
+    double f = fast_[0].distance(x, near.of(0, x));
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
         if (upper_bound(i, x) <= f - width_) continue;
-        const double b = fast_[i].distance(x);
+        const double b = fast_[i].distance(x, near.of(i, x));
         const double left = width_ - std::abs(f - b);
         f = std::max(f, b);
         if (left > 0) f += left * left / (4 * width_);
@@ -62,13 +70,13 @@ double VesselShape::value(const Vec3& x) const
     return f;
 }
 
-ImplicitSample VesselShape::sample(const Vec3& x) const
+ImplicitSample VesselShape::sample(const Vec3& x, const VesselPieces& near) const
 {
-    ImplicitSample s = fast_[0].sample(x);
+    ImplicitSample s = fast_[0].sample(x, near.of(0, x));
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
         if (upper_bound(i, x) <= s.value - width_) continue;
-        if (fast_[i].distance(x) <= s.value - width_) continue;
-        const ImplicitSample other = fast_[i].sample(x);
+        if (fast_[i].distance(x, near.of(i, x)) <= s.value - width_) continue;
+        const ImplicitSample other = fast_[i].sample(x, near.of(i, x));
         const double u = s.value - other.value;
         if (u <= -width_) {
             s = other;

@@ -77,6 +77,16 @@ VesselTube::Foot VesselTube::foot_(const Vec3& x) const
     return best;
 }
 
+/// The foot where it is inside a piece.
+VesselTube::Foot VesselTube::foot_inside_(const Piece& p, const Vec3& x)
+{
+    const Vec3 e = x - p.a0;
+    const double along = e.dot(p.a1);
+    if (p.bend == 0 || p.slope == 0) return {&p, p.bend == 0 ? along : 0, 0, false};
+    const double theta = std::atan2(along, e.dot(p.a2));
+    return {&p, p.bend * (theta < 0 ? theta + 2 * std::numbers::pi : theta), 0, false};
+}
+
 int VesselTube::piece_around(const Vec3& centre, double radius) const
 {
     constexpr double kFarther = 2 + 1e-6; // radii: that much farther none is the nearest anywhere
@@ -153,16 +163,25 @@ double VesselTube::distance(const Vec3& x) const
     return gap / std::sqrt(1 + steep * steep);
 }
 
-ImplicitSample VesselTube::sample(const Vec3& x) const
+ImplicitSample VesselTube::sample(const Vec3& x, int piece) const
 {
-    const Foot f = foot_(x);
+    const Foot f = piece < 0 ? foot_(x) : foot_inside_(pieces_[std::size_t(piece)], x);
     const Piece& p = *f.piece;
     const double radius = p.radius + f.u * p.slope, slope = p.slope;
     Vec3 c = p.a0, tangent = p.a1, bent = Vec3::Zero();
     if (p.bend == 0) {
         c += f.u * p.a1;
     } else {
-        const double sine = std::sin(f.u / p.bend), cosine = std::cos(f.u / p.bend);
+        double sine, cosine;
+        if (piece < 0) {
+            sine = std::sin(f.u / p.bend);
+            cosine = std::cos(f.u / p.bend);
+        } else {
+            const double along = (x - p.a0).dot(p.a1), out = (x - p.a0).dot(p.a2),
+                         from_axis = std::sqrt(along * along + out * out);
+            sine = along / from_axis;
+            cosine = out / from_axis;
+        }
         bent = sine * p.a1 + cosine * p.a2;
         tangent = cosine * p.a1 - sine * p.a2;
         c += p.bend * bent;

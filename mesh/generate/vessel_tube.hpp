@@ -39,7 +39,8 @@ public:
     /// @param radius  of the ball [m]
     int piece_around(const Vec3& centre, double radius) const;
     /// The same with its unit normal and Hessian.
-    ImplicitSample sample(const Vec3& x) const;
+    /// @param piece  as of distance()
+    ImplicitSample sample(const Vec3& x, int piece = -1) const;
 
 private:
     /// c(u) = a0 + u a1, or on an arc around a0 (u / bend from a2 towards a1).
@@ -56,6 +57,7 @@ private:
     };
     static double nearest_(const Piece& p, const Vec3& x, double beyond, double& u);
     Foot foot_(const Vec3& x) const;
+    static Foot foot_inside_(const Piece& p, const Vec3& x);
     static double focal_(const Piece& p, const Vec3& x);
     static double inside_(const Piece& p, const Vec3& x);
     Vec3 normal_inside_(const Piece& p, const Vec3& x) const;
