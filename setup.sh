@@ -34,7 +34,7 @@ usage: ./setup.sh COMMAND
 
   demo       installs what the demo lacks, builds the program, pushes a guidewire through an
              aortic arch and prints what came out; does nothing twice
-  all        builds the rest: the cases of "amontons validate", the modules for contact
+  all        builds the rest: "amontons study" and "validate", the modules for contact
              problems in files (fclib), meshing (cgal) and large solids (petsc), the page
              of "amontons studio", and the package amontons of Python
   install [--prefix P]   does all, and puts program, modules, completion and package below P
@@ -234,7 +234,7 @@ build_all() {
     mkdir -p build
     fetch_page
     configure release
-    compile release $((demo_minutes + all_minutes)) "the program, the cases of validate, all modules and the package of Python" demo all_programs
+    compile release $((demo_minutes + all_minutes)) "the program, studies and cases, all modules and the package of Python" demo all_programs
 }
 
 install_program() {

@@ -192,10 +192,9 @@ void History::write_line_()
 void History::append(const StepRecord& r)
 {
     line_.clear();
-    const auto out = std::back_inserter(line_);
     if (bytes_ == 0) {
         for (const Column& c : kFirst)
-            fmt::format_to(out, "{},", c.name);
+            line_ += fmt::format("{},", c.name);
         extremes_.clear();
         last_ = r.quantities;
         for (const Quantity& q : r.quantities) {
@@ -204,19 +203,19 @@ void History::append(const StepRecord& r)
                 csv_text(q.unit.empty() ? q.name : fmt::format("{} [{}]", q.name, q.unit)) + ',';
         }
         for (const Column& c : kLast)
-            fmt::format_to(out, "{},", c.name);
+            line_ += fmt::format("{},", c.name);
         line_ += "remark\n";
         write_line_();
         line_.clear();
     }
     for (const Column& c : kFirst)
-        fmt::format_to(out, "{},", c.value(r));
+        line_ += fmt::format("{},", c.value(r));
     for (std::size_t k = 0; k < std::min(r.quantities.size(), extremes_.size()); ++k)
         note_(k, r.quantities[k].value);
     for (const Quantity& q : r.quantities)
-        fmt::format_to(out, "{},", q.value);
+        line_ += fmt::format("{},", q.value);
     for (const Column& c : kLast)
-        fmt::format_to(out, "{},", c.value(r));
+        line_ += fmt::format("{},", c.value(r));
     if (!r.remark.empty()) {
         line_ += '"';
         for (const char c : r.remark)

@@ -3,7 +3,7 @@
 #include <bit>
 #include <cstring>
 #include <fmt/format.h>
-#include <iterator>
+#include <utility>
 
 namespace amontons {
 namespace {
@@ -16,21 +16,19 @@ class Document {
 public:
     Document(const char* type, double time, const std::vector<VtkTexts>& texts = {})
     {
-        fmt::format_to(out(),
-                       "<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" "
-                       "byte_order=\"{1}\" header_type=\"UInt64\">\n<{0}>\n<FieldData>\n<DataArray "
-                       "type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
-                       "format=\"ascii\">{2}</DataArray>\n",
-                       type, kByteOrder, time);
+        add("<?xml version=\"1.0\"?>\n<VTKFile type=\"{0}\" version=\"1.0\" "
+            "byte_order=\"{1}\" header_type=\"UInt64\">\n<{0}>\n<FieldData>\n<DataArray "
+            "type=\"Float64\" Name=\"TimeValue\" NumberOfTuples=\"1\" "
+            "format=\"ascii\">{2}</DataArray>\n",
+            type, kByteOrder, time);
         // VTK's texts are the numbers of their bytes, each text with a 0 at its end.
         for (const VtkTexts& t : texts) {
-            fmt::format_to(out(),
-                           "<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" "
-                           "format=\"ascii\">",
-                           t.name, t.values.size());
+            add("<Array type=\"String\" Name=\"{}\" NumberOfTuples=\"{}\" "
+                "format=\"ascii\">",
+                t.name, t.values.size());
             for (const std::string& value : t.values) {
                 for (const char c : value)
-                    fmt::format_to(out(), "{} ", static_cast<unsigned char>(c));
+                    add("{} ", static_cast<unsigned char>(c));
                 head_ += "0 ";
             }
             head_ += "</Array>\n";
@@ -47,7 +45,7 @@ public:
 
     template <class... Values> void format(fmt::string_view text, const Values&... values)
     {
-        fmt::format_to(out(), fmt::runtime(text), values...);
+        head_ += fmt::format(fmt::runtime(text), values...);
         head_ += '\n';
     }
 
@@ -95,21 +93,23 @@ public:
 
     std::string finish() &&
     {
-        fmt::format_to(out(), "</{}>\n<AppendedData encoding=\"raw\">\n_", type_);
+        add("</{}>\n<AppendedData encoding=\"raw\">\n_", type_);
         head_ += raw_;
         head_ += "\n</AppendedData>\n</VTKFile>\n";
         return std::move(head_);
     }
 
 private:
-    std::back_insert_iterator<std::string> out() { return std::back_inserter(head_); }
+    template <class... Values> void add(fmt::format_string<Values...> text, Values&&... values)
+    {
+        head_ += fmt::format(text, std::forward<Values>(values)...);
+    }
 
     void describe(const char* type, std::string_view name, int components, std::string_view unit)
     {
-        fmt::format_to(out(),
-                       "<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
-                       "format=\"appended\" offset=\"{}\"",
-                       type, name, components, raw_.size());
+        add("<DataArray type=\"{}\" Name=\"{}\" NumberOfComponents=\"{}\" "
+            "format=\"appended\" offset=\"{}\"",
+            type, name, components, raw_.size());
         if (unit.empty())
             line("/>");
         else
@@ -207,9 +207,8 @@ std::string vtu_bytes(const UnstructuredGrid& grid, double time)
 
 void Collection::add(const PvdEntry& e)
 {
-    fmt::format_to(std::back_inserter(entries_),
-                   "<DataSet timestep=\"{}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n", e.time,
-                   e.part, e.name, e.file);
+    entries_ += fmt::format("<DataSet timestep=\"{}\" part=\"{}\" name=\"{}\" file=\"{}\"/>\n",
+                            e.time, e.part, e.name, e.file);
 }
 
 std::string Collection::bytes() const

@@ -3,6 +3,7 @@
 // The folder of a study has study.json (what it is about), points/KEY.json (one for each point that
 // was run: it continues from these), and what is made of them: study.csv, study.svg and its script.
 
+#include "solver/program/study.hpp"
 #include "mesh/base/file.hpp"
 #include "mesh/base/folder_lock.hpp"
 #include "solver/child.hpp"
@@ -11,13 +12,11 @@
 #include "solver/output/plot.hpp"
 #include "solver/output/run_writer.hpp"
 #include "solver/program/interrupt.hpp"
-#include "solver/program/scene_arguments.hpp"
 #include "solver/program/session.hpp"
 #include "solver/scene/fingerprint.hpp"
 #include "solver/scene/read.hpp"
 #include "validation/study/table.hpp"
 
-#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <charconv>
 #include <cmath>
@@ -32,17 +31,6 @@ namespace amontons {
 namespace {
 
 using namespace study;
-
-struct StudyArguments {
-    SceneArguments scene;
-    std::vector<std::string> sweeps, merge;
-    std::string quantity, reference = "finest", output, shard = "1/1";
-    int jobs = 1, threads = 1;
-    double max_time = 0;
-    bool restart = false, keep = false;
-    std::string time = "wall", table, run_by;
-    std::vector<std::string> add;
-};
 
 // ---- the scene of a point
 
@@ -384,7 +372,7 @@ void run_study(const StudyArguments& a, Session& session)
 
 // ---- joining shards
 
-void merge(const StudyArguments& a, bool new_reference, Session& session)
+void merge(const StudyArguments& a, Session& session)
 {
     std::vector<Issue> issues;
     std::vector<Definition> all;
@@ -408,11 +396,11 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
         must_agree("set", all[i].set, about.set);
         must_agree("sweeps", all[i].sweeps, about.sweeps);
         if (a.quantity.empty()) must_agree("quantity", all[i].quantity, about.quantity);
-        if (!new_reference) must_agree("reference", all[i].reference, about.reference);
+        if (!a.new_reference) must_agree("reference", all[i].reference, about.reference);
     }
     if (!issues.empty()) throw InputError(issues);
     if (!a.quantity.empty()) about.quantity = a.quantity;
-    if (new_reference) about.reference = a.reference;
+    if (a.new_reference) about.reference = a.reference;
     about.shard = "1/1";
     Table table = empty_table(about);
 
@@ -464,80 +452,12 @@ void merge(const StudyArguments& a, bool new_reference, Session& session)
 
 } // namespace
 
-void add_study(CLI::App& program, Session& session)
+void carry_out_study(const StudyArguments& a, Session& session)
 {
-    const auto a = std::make_shared<StudyArguments>();
-    CLI::App* command = program.add_subcommand(
-        "study", "Error against run time and unknowns, over all combinations of some values");
-    add_scene_arguments(*command, a->scene);
-    command
-        ->add_option("--sweep", a->sweeps,
-                     "Values of a field, e.g. time.step=0.1,0.05; several fields that change "
-                     "together: PATH,PATH=a,b. Given again: all combinations")
-        ->type_name("PATH=a,b,c")
-        ->allow_extra_args(false);
-    command
-        ->add_option(
-            "--quantity", a->quantity,
-            "A number or text of `amontons run --json`: a name of its quantities, or e.g. "
-            "energy.error, seconds.total, iterations; of a text the study states how often "
-            "which came out")
-        ->type_name("Q");
-    const CLI::Option* reference =
-        command
-            ->add_option("--reference", a->reference,
-                         "What the error is measured against: a number, a JSON file that has the "
-                         "quantity, or the finest row")
-            ->type_name("value|file|finest");
-    command->add_option("--output,-o", a->output, "Folder of the study (default: out/study-NAME)")
-        ->type_name("DIR");
-    command->add_option("--jobs", a->jobs, "Runs at a time; they take time from each other")
-        ->check(CLI::Range(1, 1024));
-    command->add_option("--threads", a->threads, "Threads of each run")->check(CLI::Range(1, 1024));
-    command->add_option("--shard", a->shard, "Only every n-th point, from the i-th; see --merge")
-        ->type_name("i/n");
-    command->add_option("--max-time", a->max_time, "End a run after this wall time [s]")
-        ->check(CLI::Validator(
-            [](const std::string& text) {
-                double seconds = 0;
-                const bool number = CLI::detail::lexical_cast(text, seconds);
-                return number && seconds > 0 && std::isfinite(seconds)
-                           ? std::string()
-                           : "found " + quoted_text(text) + ", allowed: seconds > 0";
-            },
-            "SECONDS"));
-    command
-        ->add_option("--time", a->time,
-                     "Times of table, plot and Pareto front: of the clock, or of the "
-                     "processors")
-        ->check(CLI::IsMember({"wall", "cpu"}))
-        ->capture_default_str();
-    command->add_option("--table", a->table, "Also study.tex: a table for a paper")
-        ->check(CLI::IsMember({"tex"}));
-    command
-        ->add_option(
-            "--add", a->add,
-            "Points of another program for comparison: a CSV with the columns name, seconds, value "
-            "or error, and unknowns; again for more")
-        ->allow_extra_args(false)
-        ->type_name("FILE");
-    command
-        ->add_option("--run-by", a->run_by,
-                     "A program that is called, and answers, as amontons run --json does (its "
-                     "cpu_seconds, if it reports them, count)")
-        ->type_name("PROGRAM");
-    command->add_flag("--restart", a->restart, "Throw away what the folder has");
-    command->add_flag("--keep", a->keep, "Keep the files of every run");
-    command->add_option("--merge", a->merge, "Join the folders of shards")->type_name("DIR...");
-    command->add_flag("--json", session.json, "One JSON object on stdout");
-    command->callback([a, reference, &session] {
-        if (!a->merge.empty()) {
-            merge(*a, reference->count() > 0, session);
-            return;
-        }
-        settle(a->scene);
-        run_study(*a, session);
-    });
+    if (a.merge.empty())
+        run_study(a, session);
+    else
+        merge(a, session);
 }
 
 } // namespace amontons

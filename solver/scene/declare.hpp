@@ -3,7 +3,7 @@
 #include "solver/scene/fields.hpp"
 #include "solver/scene/limits.hpp"
 
-#include <algorithm>
+#include <string_view>
 #include <utility>
 
 // The words that declarations are written in; only the files that declare fields include this.
@@ -67,41 +67,42 @@ template <auto kMember> void* member_of(void* object)
     return &(static_cast<Class*>(object)->*kMember);
 }
 
-constexpr double kMostInteger = 1e9; ///< of an int (number)
+/// What is known of a field from the member alone.
+struct Member {
+    /// The type of the schema.
+    FieldType type;
+    bool optional;                  ///< the field may be absent
+    void* (*address)(void* object); ///< in an object
+};
+/// The declaration of a field, whatever its member is.
+FieldDeclaration field_of_member(const Member& member, std::string_view name, std::string_view unit,
+                                 const Allowed& allowed, std::string_view doc);
 
 /// Declares a number, vector or curve with its unit and range.
 template <auto kMember>
-FieldDeclaration field(std::string name, std::string unit, Allowed allowed, std::string doc)
+FieldDeclaration field(std::string_view name, std::string_view unit, const Allowed& allowed,
+                       std::string_view doc)
 {
     using Type = TypeOf<typename MemberOf<decltype(kMember)>::Type>;
-    FieldDeclaration f;
-    f.name = std::move(name);
-    f.type = Type::type;
-    f.optional = Type::optional;
-    f.unit = std::move(unit);
-    f.allowed = within_limits(allowed, f.unit);
-    if (f.type == FieldType::integer || f.type == FieldType::numbers)
-        f.allowed.upper = std::min(f.allowed.upper, kMostInteger);
-    f.doc = std::move(doc);
-    f.member = &member_of<kMember>;
-    return f;
+    return field_of_member({Type::type, Type::optional, &member_of<kMember>}, name, unit, allowed,
+                           doc);
 }
 
 /// A table over something else than time.
 template <auto kMember>
-FieldDeclaration table(std::string name, std::string over, std::string over_unit, std::string unit,
-                       std::string doc)
+FieldDeclaration table(std::string_view name, std::string_view over, std::string_view over_unit,
+                       std::string_view unit, std::string_view doc)
 {
-    FieldDeclaration f = field<kMember>(std::move(name), std::move(unit), {}, std::move(doc));
-    f.over = std::move(over);
-    f.over_unit = std::move(over_unit);
+    FieldDeclaration f = field<kMember>(name, unit, {}, doc);
+    f.over = over;
+    f.over_unit = over_unit;
     return f;
 }
 
 /// Points of a plane: [[x, y], ...].
-template <auto kMember> FieldDeclaration corners(std::string name, std::string doc)
+template <auto kMember> FieldDeclaration corners(std::string_view name, std::string_view doc)
 {
-    FieldDeclaration f = field<kMember>(std::move(name), "m", {}, std::move(doc));
+    FieldDeclaration f = field<kMember>(name, "m", {}, doc);
     f.over = "x";
     f.over_unit = "m";
     f.places = true;
@@ -109,53 +110,42 @@ template <auto kMember> FieldDeclaration corners(std::string name, std::string d
 }
 
 /// Three numbers, or one for all of them.
-inline FieldDeclaration or_one(FieldDeclaration f)
-{
-    f.uniform = true;
-    return f;
-}
+FieldDeclaration or_one(FieldDeclaration f);
 
 /// Declares a text.
-template <auto kMember> FieldDeclaration text(std::string name, std::string doc)
+template <auto kMember> FieldDeclaration text(std::string_view name, std::string_view doc)
 {
-    return field<kMember>(std::move(name), "", {}, std::move(doc));
+    return field<kMember>(name, "", {}, doc);
 }
 
 /// A text that is longer than a name may be: of a file, a title.
-template <auto kMember> FieldDeclaration long_text(std::string name, std::string doc)
+template <auto kMember> FieldDeclaration long_text(std::string_view name, std::string_view doc)
 {
-    FieldDeclaration f = text<kMember>(std::move(name), std::move(doc));
+    FieldDeclaration f = text<kMember>(name, doc);
     f.longest = 4000;
     return f;
 }
 
 /// Declares an object.
 template <auto kMember>
-FieldDeclaration object(std::string name, const ObjectDeclaration& fields, std::string doc)
+FieldDeclaration object(std::string_view name, const ObjectDeclaration& fields,
+                        std::string_view doc)
 {
-    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
+    FieldDeclaration f = field<kMember>(name, "", {}, doc);
     f.object = &fields;
     return f;
 }
 
 /// Fields that stand together in the file and apart in the struct.
-inline FieldDeclaration group(std::string name, const ObjectDeclaration& fields, std::string doc)
-{
-    FieldDeclaration f;
-    f.name = std::move(name);
-    f.type = FieldType::object;
-    f.doc = std::move(doc);
-    f.member = [](void* object) { return object; };
-    f.object = &fields;
-    return f;
-}
+FieldDeclaration group(std::string_view name, const ObjectDeclaration& fields,
+                       std::string_view doc);
 
 /// Declares a list of objects.
 template <auto kMember>
-FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::string doc)
+FieldDeclaration list(std::string_view name, const ObjectDeclaration& fields, std::string_view doc)
 {
     using List = typename MemberOf<decltype(kMember)>::Type;
-    FieldDeclaration f = field<kMember>(std::move(name), "", {}, std::move(doc));
+    FieldDeclaration f = field<kMember>(name, "", {}, doc);
     f.type = FieldType::list;
     f.object = &fields;
     f.append = [](void* items) -> void* { return &static_cast<List*>(items)->emplace_back(); };
@@ -166,57 +156,33 @@ FieldDeclaration list(std::string name, const ObjectDeclaration& fields, std::st
 
 /// A list whose items stand in the file each under its `name`.
 template <auto kMember>
-FieldDeclaration by_name(std::string name, const ObjectDeclaration& fields, std::string doc)
+FieldDeclaration by_name(std::string_view name, const ObjectDeclaration& fields,
+                         std::string_view doc)
 {
     using Item = typename MemberOf<decltype(kMember)>::Type::value_type;
-    FieldDeclaration f = list<kMember>(std::move(name), fields, std::move(doc));
+    FieldDeclaration f = list<kMember>(name, fields, doc);
     f.type = FieldType::by_name;
     f.name_of = [](void* item) -> std::string& { return static_cast<Item*>(item)->name; };
     return f;
 }
 
 /// A list that has this many items or more where it is given.
-inline FieldDeclaration no_fewer(std::size_t least, FieldDeclaration f)
-{
-    f.least = least;
-    return f;
-}
+FieldDeclaration no_fewer(std::size_t least, FieldDeclaration f);
 
 /// Makes a field required.
-inline FieldDeclaration required(FieldDeclaration f)
-{
-    f.required = true;
-    if (f.type == FieldType::list && f.least == 0) f.least = 1;
-    return f;
-}
+FieldDeclaration required(FieldDeclaration f);
 
 /// Makes a field required unless one of the others is there.
-inline FieldDeclaration required_unless(std::vector<std::string> other, FieldDeclaration f)
-{
-    f.unless = std::move(other);
-    return required(std::move(f));
-}
+FieldDeclaration required_unless(std::vector<std::string> other, FieldDeclaration f);
 
 /// Not written beside one of these, which give it.
-inline FieldDeclaration replaced_by(std::vector<std::string> other, FieldDeclaration f)
-{
-    f.unless = std::move(other);
-    return f;
-}
+FieldDeclaration replaced_by(std::vector<std::string> other, FieldDeclaration f);
 
 /// Describes in words the default of a field.
-inline FieldDeclaration fallback(std::string words, FieldDeclaration f)
-{
-    f.fallback = std::move(words);
-    return f;
-}
+FieldDeclaration fallback(std::string words, FieldDeclaration f);
 
 /// Restricts a text to choices.
-inline FieldDeclaration choice(std::vector<std::string> choices, FieldDeclaration f)
-{
-    f.choices = std::move(choices);
-    return f;
-}
+FieldDeclaration choice(std::vector<std::string> choices, FieldDeclaration f);
 
 /// Any number.
 constexpr Allowed kAny{};

@@ -50,6 +50,14 @@ struct ObjectDeclaration;
 
 /// One field. `member` finds its value in the struct that it belongs to.
 struct FieldDeclaration {
+    // In declare.cpp: hundreds are passed on, and each time a kilobyte of code would be compiled.
+    FieldDeclaration();
+    FieldDeclaration(const FieldDeclaration&);
+    FieldDeclaration(FieldDeclaration&&) noexcept;
+    FieldDeclaration& operator=(const FieldDeclaration&);
+    FieldDeclaration& operator=(FieldDeclaration&&) noexcept;
+    ~FieldDeclaration();
+
     std::string name;
     FieldType type = FieldType::number;
     /// True if the field must be there.

@@ -57,7 +57,7 @@ JsonText& JsonText::value(double number)
     if (number == 0 && std::signbit(number))
         text_ += "-0.0"; // "-0" reads as the whole number 0
     else if (std::isfinite(number))
-        fmt::format_to(std::back_inserter(text_), "{}", number);
+        text_ += fmt::format("{}", number);
     else
         text_ += "null";
     return *this;
@@ -66,14 +66,14 @@ JsonText& JsonText::value(double number)
 JsonText& JsonText::value(std::int64_t number)
 {
     separate();
-    fmt::format_to(std::back_inserter(text_), "{}", number);
+    text_ += fmt::format("{}", number);
     return *this;
 }
 
 JsonText& JsonText::value(std::uint64_t number)
 {
     separate();
-    fmt::format_to(std::back_inserter(text_), "{}", number);
+    text_ += fmt::format("{}", number);
     return *this;
 }
 
@@ -100,7 +100,7 @@ JsonText& JsonText::value(std::string_view text)
         } else if (c == '\n') {
             text_ += "\\n";
         } else if (static_cast<unsigned char>(c) < 0x20) {
-            fmt::format_to(std::back_inserter(text_), "\\u{:04x}", static_cast<unsigned char>(c));
+            text_ += fmt::format("\\u{:04x}", static_cast<unsigned char>(c));
         } else {
             text_ += c;
         }

@@ -562,6 +562,14 @@ struct HapticInput {
 
 /// The contents of a scene file, in SI.
 struct Scene {
+    // In scene.cpp: as long as this file, and else compiled wherever a scene is copied or ends.
+    Scene();
+    Scene(const Scene&);
+    Scene(Scene&&) noexcept;
+    Scene& operator=(const Scene&);
+    Scene& operator=(Scene&&) noexcept;
+    ~Scene();
+
     /// Version of the format.
     int schema = 1;
     /// Of plots and pictures.
