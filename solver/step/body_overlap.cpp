@@ -22,12 +22,12 @@ namespace amontons {
 namespace {
 
 // Limits of docs/theory/certificate.md.
-constexpr double kAllowedOfFace = 0.01; // of the smaller face, without a warning
-constexpr double kAllowedOfBody = 1e-3; // of the smaller body, where neither side has faces
-constexpr double kNever = 0.1;          // of the thinner body, of the smaller face
-constexpr double kMeanBulge = 2.0 / 3;  // of h^2/8 times the curvature: a chord's mean distance
-constexpr double kLoose = 0.3;          // of the depth: nodes of a face are off what enters it
-constexpr double kRowsOfRound = 1e-3;   // of a face: from here on rows may hold round shapes
+constexpr double kAllowedOfFace = 0.01;  // of the smaller face, without a warning
+constexpr double kAllowedOfBody = 1e-3;  // of the smaller body, where neither side has faces
+constexpr double kNever = 0.1;           // of the thinner body, of the smaller face
+constexpr double kMeanBulge = 2.0 / 3;   // of h^2/8 times the curvature: a chord's mean distance
+constexpr double kLoose = 0.3;           // of the depth: nodes of a face are off what enters it
+constexpr double kRowsOfRound = 1e-3;    // of a face: from here on rows may hold round shapes
 constexpr double kLeftOfSmall = 1.0 / 3; // of the indentation, where a round shape is small
 /// Share of the indentation that is pressed out: less counts as negligible.
 constexpr double kCarried = 0.1;
