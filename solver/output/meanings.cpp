@@ -161,7 +161,9 @@ std::vector<MeaningTable> make_tables()
           {"elastic", "J", "Elastic energy now."},
           {"kinetic", "J", "Kinetic energy now."},
           {"friction", "J", "Work lost in friction since the start."},
-          {"released", "J", "Energy lost in snaps and blows and by damping since the start."},
+          {"released", "J",
+           "Energy lost in snaps and blows and by damping since the start; at rest also what "
+           "contacts smaller than a face take, and give back as they open."},
           {"energy_error", "J",
            "work - (elastic - elastic at the start) - (kinetic - kinetic at the start) - friction "
            "- released."},

@@ -22,15 +22,13 @@ namespace amontons {
 namespace {
 
 // Limits of docs/theory/certificate.md.
-constexpr double kAllowedOfFace = 0.01; // of the smaller face, without a warning
-constexpr double kAllowedOfBody = 1e-3; // of the smaller body, where neither side has faces
-constexpr double kNever = 0.1;          // of the thinner body, of the smaller face
-constexpr double kMeanBulge = 2.0 / 3;  // of h^2/8 times the curvature: a chord's mean distance
-constexpr double kLoose = 0.3;          // of the depth: nodes of a face are off what enters it
-constexpr double kRowsOfRound = 1e-3;   // of a face: from here on rows may hold round shapes
-/// Of what nodes leave: the less of it, the less of the indentation they press out (measured on
-/// balls in faces of 2 to 8 half-widths, docs/theory/certificate.md).
-constexpr double kLeftByNodes = 1.5;
+constexpr double kAllowedOfFace = 0.01;  // of the smaller face, without a warning
+constexpr double kAllowedOfBody = 1e-3;  // of the smaller body, where neither side has faces
+constexpr double kNever = 0.1;           // of the thinner body, of the smaller face
+constexpr double kMeanBulge = 2.0 / 3;   // of h^2/8 times the curvature: a chord's mean distance
+constexpr double kLoose = 0.3;           // of the depth: nodes of a face are off what enters it
+constexpr double kRowsOfRound = 1e-3;    // of a face: from here on rows may hold round shapes
+constexpr double kLeftOfSmall = 1.0 / 3; // of the indentation, where a round shape is small
 /// Share of the indentation that is pressed out: less counts as negligible.
 constexpr double kCarried = 0.1;
 constexpr double kThinnest = 1e-3;   // of a rigid body's length: thinner ones count as lines
@@ -105,22 +103,21 @@ RowLimits between_meshes(const OverlapSpot& s, double allowed, std::optional<dou
 
 /// Of a place in an exact shape. Rows leave what the face's nodes leave on average: as these come
 /// to the shape, the rows come to that, so that its force does not fall. Round shapes (balls) may
-/// be smaller than a face whose nodes carry a negligible load: rows leave as much less.
+/// be smaller than a face: then rows alone press out the indentation, and leave a share of it, from
+/// the first touch on. Their force is in proportion to it, whatever the steps.
 /// @param pressed  how far the place has been pressed out by strain [m]
 RowLimits beside_shape(const OverlapSpot& s, double allowed, double pressed)
 {
     const double node_gap = std::max(s.node_gap, 0.0);
     const bool loose = s.node_gap > kLoose * s.depth;
-    double mean = kMeanBulge * std::min(s.bulge, allowed),
+    double left = std::max(kMeanBulge * std::min(s.bulge, allowed) - node_gap, 0.0),
            beyond = loose ? kAllowedOfFace * s.face : allowed;
     if (s.round > kAllowedOfFace * s.face) {
-        const double carried = pressed / (s.depth + pressed);
-        const double left = kLeftByNodes * carried * (s.depth + node_gap);
-        mean = std::min(mean, left);
+        left = std::min(left, kLeftOfSmall * (s.depth + pressed));
         const double least = kRowsOfRound * s.face;
         beyond = loose ? least : std::min(allowed, std::max(least, left));
     }
-    return {std::max(mean - node_gap, 0.0), beyond};
+    return {left, beyond};
 }
 
 /// How far strain has moved a place of a solid's surface against its outward normal [m].

@@ -21,6 +21,31 @@ constexpr double kGrowth = 1.5;    // ... may be so much longer
 constexpr double kLagBelow = 0.13; // of the requested step: see body_lag.cpp
 constexpr int kMostWarnings = 8;   // of warnings of a kind
 
+/// What the overlap rows of a pair hold.
+struct RowLoad {
+    double force = 0; ///< sum of their normal forces [N]
+    double left = 0;  ///< the overlap that they leave, mean by force [m]
+};
+
+RowLoad load_of(const std::vector<PlaceRow>& rows, int pair,
+                const std::map<BodySystem::Key, Vec3>& forces,
+                const std::map<BodySystem::Key, Vec3>& friction)
+{
+    RowLoad sum;
+    for (const PlaceRow& r : rows) {
+        const auto acting = forces.find({pair, r.id});
+        if (acting == forces.end()) continue;
+        const auto rubbing = friction.find({pair, r.id});
+        const double square = acting->second.squaredNorm() -
+                              (rubbing == friction.end() ? 0 : rubbing->second.squaredNorm());
+        const double force = std::sqrt(std::max(square, 0.0));
+        sum.force += force;
+        sum.left += force * r.tolerance;
+    }
+    if (sum.force > 0) sum.left /= sum.force;
+    return sum;
+}
+
 } // namespace
 
 bool BodySimulation::State::has_drag() const
@@ -100,6 +125,22 @@ void BodySimulation::State::add_energy()
         if (!system->couplings[c].turns)                         // their rounding
             energy.largest_force = std::max(energy.largest_force, last.coupling_force[c].norm());
     follow(energy);
+}
+
+/// Work of the contact forces against the overlap that rows leave (docs/theory/certificate.md): it
+/// grows with the load, and is given back with it. By the trapezoid rule, as all work at rest [J].
+double BodySimulation::State::work_against_left(const BeforeStep& before) const
+{
+    const std::vector<std::vector<PlaceRow>>& now = system->finder.rows();
+    double work = 0;
+    for (std::size_t p = 0; p < now.size(); ++p) {
+        RowLoad was;
+        if (p < before.rows.size())
+            was = load_of(before.rows[p], int(p), before.warm, before.warm_friction);
+        const RowLoad is = load_of(now[p], int(p), system->warm, system->warm_friction);
+        work += 0.5 * (was.force + is.force) * (is.left - was.left);
+    }
+    return work;
 }
 
 /// The length of a quasi-static step in which prescribed motions do not exceed the search distance
@@ -363,6 +404,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
         h = std::max(0.5 * h, least);
         ++retries;
     }
+    if (!dynamic()) energy.released += work_against_left(before);
     const bool refined = refinement.level > 0;
     const EnergyVerdict verdict = judge_energy(before, h);
     if (verdict == EnergyVerdict::refused) {

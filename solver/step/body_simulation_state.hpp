@@ -90,6 +90,7 @@ struct BodySimulation::State {
     bool leave_unstable(bool may_cut);
     void add_seconds(); ///< of the last step
     void add_energy();
+    double work_against_left(const BeforeStep& before) const;
     std::vector<std::string> unstable_bodies() const;
     void note_unstable();
     bool find_first_balance();

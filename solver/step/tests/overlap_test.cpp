@@ -484,6 +484,32 @@ TEST_CASE(
     }
 }
 
+TEST_CASE("the work that a ball smaller than a face takes is accounted for, and given back")
+{
+    // Faces of three to four half-widths. Of T10 two nodes begin to touch on the way.
+    for (const char* mesh : {R"("cells": [7, 7, 4], "element": "T4")",
+                             R"("cells": [6, 6, 3], "element": "T10")"})
+        for (const int steps : {8, 20}) {
+            CAPTURE(mesh);
+            CAPTURE(steps);
+            const Result r = run(fmt::format(
+                R"("bodies": {{"ball": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.2219}},
+                "start": {{"place": [0.009, 0.0076, 0.2219]}},
+                "drive": {{"x": 0, "y": 0, "z": [[0, 0], [1, -0.0138], [2, 0]], "angle": 0}}}},
+                "blk": {{"kind": "solid", "mesh": {{"generate": "box", "size": [0.7, 0.7, 0.35], {},
+                "centre": [0, 0, -0.175]}}, "youngs_modulus": 4e5, "poisson_ratio": 0.06,
+                "hold": [{{"set": "z_min"}}]}}}}, "contact": [{{"between": ["ball", "blk"]}}],
+                "time": {{"kind": "quasi_static", "step": {}, "end": 2}})",
+                mesh, 2.0 / steps));
+            REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
+            const EnergyRecord& e = r.summary.energy;
+            CHECK(std::abs(e.error()) < 0.03 * e.scale());
+            CHECK(std::abs(e.released) < 0.03 * e.scale()); // it is apart again
+            for (const std::string& w : r.summary.warnings)
+                CHECK(w.find("energy") == w.npos);
+        }
+}
+
 TEST_CASE("a body that is struck is followed through its step with restitution and without")
 {
     for (const double restitution : {0.0, 0.5})
