@@ -3,6 +3,7 @@
 #include "contact/certificate.hpp"
 #include "mesh/base/dense.hpp"
 #include "mesh/base/phase_timer.hpp"
+#include "solver/body/drive.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/solid_body.hpp"
 
@@ -10,6 +11,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <set>
+#include <variant>
 
 namespace amontons {
 namespace {
@@ -23,6 +25,48 @@ constexpr double kUncontrolled = 1e-5; // share of a mode's size along the rows 
 bool is_of_crossing_rods(const BodySystem& system, const BodyContact& c)
 {
     return system.refs[std::size_t(c.a)].rod && is_crossing(c.id);
+}
+
+/// Rows of a body's modes by the contacts that act on it, whole contacts, and by couplings.
+/// @param B      the body's rows, as rows.row[b] numbers them, x its modes
+/// @param share  of the largest force on the body, below which a contact does not act
+Eigen::MatrixXd acting_rows(const Rows& rows, std::size_t b, const Eigen::MatrixXd& B,
+                            const ContactProblem& problem, const Eigen::VectorXd& r, double share)
+{
+    std::vector<Eigen::Index> own(std::size_t(rows.count), -1);
+    double most = 0;
+    for (std::size_t i = 0; i < rows.row[b].size(); ++i) {
+        own[std::size_t(rows.row[b][i])] = Eigen::Index(i);
+        most = std::max(most, std::abs(r[rows.row[b][i]]));
+    }
+    std::vector<Eigen::Index> list;
+    for (std::size_t i = 0; i < rows.chosen.size(); ++i) {
+        const int first = rows.first[i], count = rows_of(problem.kind[i]);
+        if (problem.kind[i] != ContactKind::bilateral && !(r[first] > share * most)) continue;
+        for (int row = first; row < first + count; ++row)
+            if (own[std::size_t(row)] >= 0) list.push_back(own[std::size_t(row)]);
+    }
+    return B(list, Eigen::all);
+}
+
+/// A ball at rest on one place turns about the normal there without a force or a slip: iterations
+/// in which it touched more may leave such a turn, which is taken from that of the step.
+/// @param acting  rows of acting contacts and couplings on its modes, the last three its turn
+void take_away_spin(RigidBody& body, const Eigen::MatrixXd& acting)
+{
+    if (!std::holds_alternative<Ball>(body.shape()) || acting.cols() != 6) return;
+    Eigen::MatrixXd of_turn = Eigen::MatrixXd::Zero(std::max<Eigen::Index>(acting.rows(), 3), 3);
+    of_turn.topRows(acting.rows()) = acting.rightCols(3);
+    const RightSingular svd = right_singular(of_turn);
+    const bool one_axis = svd.values[1] > kUncontrolled * svd.values[0] &&
+                          svd.values[2] <= kUncontrolled * svd.values[0];
+    if (!one_axis) return;
+    const Vec3 axis = svd.V.col(2);
+    const Vec3 turned =
+        rotation_vector(body.placement().turn * body.start_placement().turn.conjugate());
+    const auto [centre, turn] = body.iterate();
+    body.set_iterate(
+        {centre, rotation(turned - turned.dot(axis) * axis) * rotation(turned).conjugate() * turn});
 }
 
 } // namespace
@@ -207,6 +251,9 @@ void BodyStepper::report_modes()
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (mode_load_[b].size() == 0) continue;
+        if (RigidBody* const rigid = system_.refs[b].rigid;
+            rigid && !step_.dynamic && B_.size() > b && B_[b].size() > 0)
+            take_away_spin(*rigid, acting_rows(rows_, b, B_[b], problem_, r_, options_.tolerance));
         const Eigen::MatrixXd unconstrained =
             unloaded_modes(b, unconstrained_modes(b, kUncontrolled));
         for (Eigen::Index m = 0; m < unconstrained.cols(); ++m)

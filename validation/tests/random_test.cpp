@@ -402,6 +402,31 @@ TEST_CASE("variants that differ are caught, and those that do not are not")
     CHECK(compare_runs(run, read_run(out), close).size() == 1);
 }
 
+TEST_CASE("runs whose steps are cut otherwise may differ by what finer runs measure, and no more")
+{
+    TestFolder folder;
+    const WrittenRun run = read_run(run_scene_in(folder.path, dragged_block()));
+    const auto with_force = [&](double factor) {
+        WrittenRun r = run;
+        for (const char* axis : {"x", "y", "z"})
+            r.history.rows
+                .back()[std::size_t(r.history.column(std::string("block_z_max_force_") + axis))] *=
+                factor;
+        return r;
+    };
+    CHECK_FALSE(took_other_steps(run, run, 1));
+    WrittenRun cut = run;
+    cut.history.rows[1][std::size_t(cut.history.column("time"))] *= 0.5;
+    CHECK(took_other_steps(run, cut, 1));
+    const StepError left = step_error(run, {with_force(1 + 1e-4), with_force(1 - 2e-4)});
+    Variant turned{"turned", {}};
+    turned.tolerance = 1e-6;
+    CHECK(compare_runs(run, with_force(1 + 3.9e-4), turned, left)
+              .empty()); // twice 2e-4 of its length
+    CHECK(compare_runs(run, with_force(1 + 8e-4), turned, left).size() == 1);
+    CHECK(compare_runs(run, with_force(1 + 3.9e-4), turned).size() == 1);
+}
+
 TEST_CASE("a file that is cut short is caught")
 {
     Planted run(resting_box());

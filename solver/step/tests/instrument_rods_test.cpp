@@ -8,6 +8,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <utility>
 
 // Instruments that touch more than walls: rods fed from a sheath in one problem with all bodies.
 
@@ -222,6 +223,29 @@ TEST_CASE("a free ball rolls before a wire, which needs no force for it")
         const double turned = std::remainder(0.0202 / 0.002, 2 * std::numbers::pi);
         CHECK(r.value("body_turn_y") == relative(turned).epsilon(1e-6));
         CHECK(r.summary.steps < 2 * steps);
+    }
+}
+
+TEST_CASE("a ball that a wire pushes aside without a force does not spin about its normal")
+{
+    // 0.6 and 1 mm beside its middle, with friction: it rolls out of the tip's way.
+    for (const auto& [aside, steps] : {std::pair{6e-4, 20}, std::pair{1e-3, 7}}) {
+        const Result r = run(pushed(R"("generate": "ball", "radius": 0.002)", steps),
+                             {fmt::format("bodies.body.start.place=[0.022,{},0.002]", aside),
+                              "contact.1.friction=0.4"});
+        REQUIRE_MESSAGE(r.summary.message == "", r.summary.message);
+        const auto turn = [&](std::size_t step) {
+            const Vec3 v = r.vector("body_turn", step);
+            return Eigen::Quaterniond(Eigen::AngleAxisd(v.norm(), v.stableNormalized()));
+        };
+        double most = 0;
+        for (std::size_t i = 1; i < r.records.size(); ++i) {
+            CHECK(std::abs(r.value("wire_push_force", i)) < 1e-8 * kMass * kGravity);
+            const Eigen::AngleAxisd of_step(turn(i) * turn(i - 1).conjugate());
+            most = std::max(most, std::abs(of_step.angle() * of_step.axis().z()));
+        }
+        CHECK(most < 1e-9);
+        CHECK(std::abs(r.value("body_y")) > aside + 1e-3);
     }
 }
 

@@ -574,4 +574,18 @@ TEST_CASE("couplings of rods that cannot be are refused with their place")
         CHECK(found[0].found.find("mechanism") != std::string::npos);
     }
     CHECK(issues_of_run(two(coupling("weld", "a", "b", middle))).empty());
+    // At a place of an instrument that its sheath holds: when the run begins, or later.
+    for (const auto& [at, last] : {std::pair{-0.01, 0.03}, {0.01, 0.005}}) {
+        found = issues_of_run(fmt::format(R"("bodies": {{
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.1, "radius": 2e-4, "EI": 1e-3,
+                "element": 2.5e-3}}], "introducer": {{"direction": [1, 0, 0]}},
+                "drive": {{"insertion": [[0, 0.02], [1, {}]]}}}},
+            "b": {{"kind": "rigid", "shape": {{"generate": "ball", "radius": 0.001}}, "mass": 1,
+                "start": {{"place": [{}, 0, 0.001]}}}}}}, "couplings": [{}])",
+                                          last, at, coupling("ball", "wire", "b", {at, 0, 0})) +
+                              kOneStep);
+        REQUIRE(found.size() == 1);
+        CHECK(found[0].place == "/couplings/0/at");
+        CHECK(found[0].found.find("its sheath holds") != std::string::npos);
+    }
 }
