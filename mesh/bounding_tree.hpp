@@ -72,7 +72,6 @@ public:
     }
 
 private:
-    friend class NearbyTriangles;
     struct Node {
         Eigen::Array3d low, high;
         std::int32_t first = 0; ///< leaf: position in order_; else left child, right is the next

@@ -15,7 +15,7 @@ namespace {
 
 constexpr int kMostNewton = 10;
 // Of a patch's parameters, before the last step, which squares it where it is Newton's.
-constexpr double kPatchConverged = 1e-5, kDescended = 1e-7;
+constexpr double kPatchConverged = 3e-4, kDescended = 1e-7;
 constexpr double kLongest = 0.5; // of a step, in them
 
 SmoothSurface::Wide wide(const Vec3& x)
@@ -23,7 +23,7 @@ SmoothSurface::Wide wide(const Vec3& x)
     return {x[0], x[1], x[2], 0};
 }
 
-double dot(const SmoothSurface::Wide& a, const SmoothSurface::Wide& b)
+double inner_product(const SmoothSurface::Wide& a, const SmoothSurface::Wide& b)
 {
     return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
 }
@@ -164,9 +164,11 @@ bool SmoothSurface::inside_(const Patch& p, const Vec3& x, double& u, double& v,
     for (int k = 0; k < kMostNewton; ++k) {
         at = local_(p, u, v);
         const Wide e = to - at.s;
-        const double gu = dot(e, at.su), gv = dot(e, at.sv);
-        const double guu = dot(at.su, at.su), gvv = dot(at.sv, at.sv), guv = dot(at.su, at.sv);
-        double huu = guu - dot(e, at.suu), hvv = gvv - dot(e, at.svv), huv = guv - dot(e, at.suv);
+        const double gu = inner_product(e, at.su), gv = inner_product(e, at.sv);
+        const double guu = inner_product(at.su, at.su), gvv = inner_product(at.sv, at.sv),
+                     guv = inner_product(at.su, at.sv);
+        double huu = guu - inner_product(e, at.suu), hvv = gvv - inner_product(e, at.svv),
+               huv = guv - inner_product(e, at.suv);
         double enough = kPatchConverged;
         if (!(huu > 0 && huu * hvv - huv * huv > 1e-3 * guu * gvv)) // not a minimum's: descend
             huu = guu, hvv = gvv, huv = guv, enough = kDescended;
@@ -207,8 +209,8 @@ double SmoothSurface::along_edge_(const Patch& p, const Vec3& x, int edge, doubl
         const Wide e = wide(x) - at.s, d1 = turn[1] * at.su + turn[2] * at.sv;
         const Wide d2 = turn[1] * turn[1] * at.suu + 2 * turn[1] * turn[2] * at.suv +
                         turn[2] * turn[2] * at.svv;
-        const double size2 = dot(d1, d1), h = size2 - dot(e, d2);
-        const double step = dot(e, d1) / (h > 0.1 * size2 ? h : size2);
+        const double size2 = inner_product(d1, d1), h = size2 - inner_product(e, d2);
+        const double step = inner_product(e, d1) / (h > 0.1 * size2 ? h : size2);
         const double next = std::clamp(t + std::clamp(step, -kLongest, kLongest), 0.0, 1.0);
         const double moved = std::abs(next - t);
         t = next;

@@ -1,7 +1,7 @@
 #include "mesh/surface_distance.hpp"
 
 #include "mesh/base/index.hpp"
-#include "mesh/nearby_triangles.hpp"
+#include "mesh/region_triangles.hpp"
 #include "mesh/surface_edges.hpp"
 
 #include <Eigen/Geometry>
@@ -178,8 +178,8 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
                 }
         return;
     }
-    NearbyTriangles nearby;
-    nearby.gather(tree_, centre, radius, middle.triangle);
+    RegionTriangles nearby;
+    nearby.gather(refined_, tree_, centre, radius, middle.triangle);
     const bool in_parts = nearby.count() > kManyNearby;
     const int part = in_parts ? kPart : n;
     SmoothSurface::Patch last;

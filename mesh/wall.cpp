@@ -157,10 +157,10 @@ Wall make_plane_wall(const Vec3& point, const Vec3& normal)
 
 namespace {
 
-constexpr double kRound = 4.0 / 3; // of the radius of balls on a centreline: a round lumen
-constexpr double kFlattest = 2.5;  // of it: lumens are no wider
-constexpr double kWider = 1.1;     // of it: another lumen
-constexpr double kAtWall = 0.02;   // of it
+constexpr double kRoundLumen = 4.0 / 3; // of the radius of balls on a centreline: a round lumen
+constexpr double kFlattest = 2.5;       // of it: lumens are no wider
+constexpr double kWider = 1.1;          // of it: another lumen
+constexpr double kAtWall = 0.02;        // of it
 constexpr int kMostRayPieces = 200;
 
 /// How deep a place is in a branch; > 0 outside [m].
@@ -211,14 +211,14 @@ PlaceInBranch place_in(const WallModel& model, const Branch& branch, const Vec3&
         if (i + 2 < n) t = std::min(t, 1.0);
         t = std::max(t, 0.0);
         const double last = std::min(t, 1.0);
-        const double radius = (given ? kRound : 1.0) *
+        const double radius = (given ? kRoundLumen : 1.0) *
                               (branch.radius[i] + last * (branch.radius[i + 1] - branch.radius[i]));
         const Vec3 on_axis = a + t * along;
         const double depth = (x - on_axis).norm() - radius;
         if (depth < found.depth) found = {depth, radius, on_axis};
     }
     if (given && found.depth >= 0 && found.radius > 0) { // the lumen may be flat
-        const double way = way_across(model.wall, found.on_axis, x, found.radius / kRound);
+        const double way = way_across(model.wall, found.on_axis, x, found.radius / kRoundLumen);
         if (way > 0) found.depth = (x - found.on_axis).norm() - way;
     }
     return found;

@@ -4,7 +4,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <vector>
 
 namespace amontons {
 namespace {
@@ -102,57 +101,40 @@ WallSample distance_to(const Box& box, const Vec3& x)
 
 WallSample distance_to(const TriangleShape& shape, const Vec3& x, std::int32_t& near)
 {
-    const SurfaceMesh& mesh = shape.mesh;
+    constexpr double kSameNormal = 2.5e-13; // 1 - cosine of half an angle of 1.4e-6
+    const Polyhedron& body = shape.polyhedron;
     const NearestTriangle found = shape.tree.nearest(x, near);
     near = found.triangle;
-    const Vec3& p = found.at.point;
-    const auto corners = [&](std::int32_t t, int k) -> const Vec3& {
-        return mesh.points[std::size_t(mesh.triangles[std::size_t(t)][std::size_t(k % 3)])];
-    };
-    const auto normal_of = [&](std::int32_t t) {
-        return Vec3((corners(t, 1) - corners(t, 0)).cross(corners(t, 2) - corners(t, 0)))
-            .normalized();
-    };
-    // Outwards where the nearest point is: the mean of the triangles there, weighted by angles.
-    // Source: Baerentzen & Aanaes 2005.
-    Vec3 outward = normal_of(near);
-    Mat3 kept = outward * outward.transpose();
-    if (found.at.feature != TriangleFeature::face) {
-        const double size = (corners(near, 1) - corners(near, 0)).norm();
-        std::vector<std::int32_t> around;
-        shape.tree.within(p, 1e-9 * size, around);
-        outward.setZero();
-        std::vector<Vec3> faces;
-        for (const std::int32_t t : around) {
-            const TrianglePoint at =
-                closest_on_triangle(p, corners(t, 0), corners(t, 1), corners(t, 2));
-            if ((at.point - p).norm() > 1e-9 * size) continue;
-            double angle = 3.14159265358979323846;
-            const int k = int(at.feature) - int(TriangleFeature::vertex0); // its own corner there
-            if (k >= 0) {
-                const Vec3 a = (corners(t, k + 1) - corners(t, k)).normalized(),
-                           b = (corners(t, k + 2) - corners(t, k)).normalized();
-                angle = std::acos(std::clamp(a.dot(b), -1.0, 1.0));
-            }
-            outward += angle * normal_of(t);
-            faces.push_back(normal_of(t));
+    const auto t = std::size_t(near);
+    const auto& corners = shape.mesh.triangles[t];
+    const Vec3 &p = found.at.point, &normal = body.triangle_normals[t];
+
+    // ---- Outwards there: the mean of the triangles at that place, weighted by angles
+    // Source: Baerentzen & Aanaes 2005. The point stays where x moves along the normal of a face;
+    // from an edge also across it, from a corner in any way.
+    Vec3 outward = normal;
+    Mat3 kept = normal * normal.transpose();
+    const int feature = int(found.at.feature);
+    if (feature >= int(TriangleFeature::vertex0)) {
+        const auto v = std::size_t(corners[std::size_t(feature - int(TriangleFeature::vertex0))]);
+        outward = body.point_normals[v];
+        // What is no corner is on an edge or in a face.
+        if (body.corner_of[v] >= 0 || !(outward.dot(normal) > 1 - kSameNormal)) kept.setIdentity();
+    } else if (feature >= int(TriangleFeature::edge0)) {
+        const auto k = std::size_t(feature - int(TriangleFeature::edge0));
+        if (const std::int32_t other = body.neighbours[t][k]; other >= 0)
+            outward = (normal + body.triangle_normals[std::size_t(other)]).normalized();
+        if (!(outward.dot(normal) > 1 - kSameNormal)) {
+            const Vec3 along = (shape.mesh.points[std::size_t(corners[(k + 1) % 3])] -
+                                shape.mesh.points[std::size_t(corners[k])])
+                                   .normalized();
+            kept = Mat3::Identity() - along * along.transpose();
         }
-        // The point stays where x moves across an edge, or in any way at a corner.
-        const int feature = int(found.at.feature);
-        kept.setIdentity();
-        if (feature < int(TriangleFeature::vertex0)) {
-            const int k = feature - int(TriangleFeature::edge0);
-            const Vec3 along = (corners(near, k + 1) - corners(near, k)).normalized();
-            kept -= along * along.transpose();
-        }
-        const bool flat = std::all_of(faces.begin(), faces.end(), [&](const Vec3& n) {
-            return n.dot(faces.front()) > 1 - 1e-12;
-        });
-        if (flat && !faces.empty()) kept = faces.front() * faces.front().transpose();
     }
+
     const Vec3 d = x - p;
     const double sign = d.dot(outward) < 0 ? -1 : 1;
-    if (!(d.norm() > 1e-14 * (p.norm() + x.norm()))) return {0, outward.normalized(), Mat3::Zero()};
+    if (!(d.norm() > 1e-14 * (p.norm() + x.norm()))) return {0, outward, Mat3::Zero()};
     WallSample s = from_point(d, kept);
     s.distance *= sign;
     s.normal *= sign;

@@ -24,14 +24,15 @@ constexpr double kSmallBend = 0.04; // beyond the rule's degree (bend / 2)^5 is 
 /// powers of it are left out, 1e-7 of what the integrals are.
 constexpr double kSmallSegment = 0.1;
 constexpr int kNewtonSteps = 20;
-constexpr double kSquared = 1e-7, kRightPlace = 1e-13, kBeyondBorder = 0.25; // as in facets.cpp
+constexpr double kSquared = 1e-7, kBeyondBorder = 0.25; // as in facets.cpp
+constexpr double kRightPlace = 1e-10;                   // on the reference face
 
-/// Newton's steps from a guess that is off by no more than this, on the reference face, where each
-/// squares it.
-int steps_from(double off)
+/// Newton's steps, each of which squares the error on the reference face, from a guess that leaves
+/// out the square of the bend.
+int steps_from(double bend)
 {
     int steps = 0;
-    for (; off > kRightPlace; off *= off)
+    for (double off = 2 * bend * bend; off > kRightPlace; off *= off)
         ++steps;
     return steps;
 }
@@ -78,6 +79,7 @@ void FixedIntegrals::begin_facet(const Facet& slave)
             Eigen::Matrix2d slope;
             slope << along_[0].head<2>(), along_[1].head<2>();
             near_slope_ = slope.inverse();
+            near_twist_ = near_slope_ * twist_.head<2>();
             polygon_corner_ = middle_.head<2>();
             polygon_xi_.setZero();
             steps_ = steps_from(bend_);
@@ -137,6 +139,7 @@ void FixedIntegrals::begin_polygon_(const Vec2& z, double part)
     Eigen::Matrix2d slope;
     slope << (along_[0] + last_.y() * twist_).head<2>(), (along_[1] + last_.x() * twist_).head<2>();
     near_slope_ = slope.inverse();
+    near_twist_ = near_slope_ * twist_.head<2>();
     polygon_corner_ = z;
     polygon_xi_ = last_;
     steps_ = steps_from(contraction_);
@@ -171,7 +174,8 @@ void FixedIntegrals::add_point_(const Vec2& z, double weight, Waiting& to, int o
     if (face_.nodes == 4) {
         Vec2 xi;
         if (contraction_ < 1) {
-            xi = polygon_xi_ + near_slope_ * (z - polygon_corner_);
+            const Vec2 off = near_slope_ * (z - polygon_corner_);
+            xi = polygon_xi_ + off - off.x() * off.y() * near_twist_;
             to.steps = std::max(to.steps, steps_);
         } else {
             find_on_quadrilateral_(z);
@@ -182,14 +186,11 @@ void FixedIntegrals::add_point_(const Vec2& z, double weight, Waiting& to, int o
         to.xi[1][k] = xi.y();
     }
     to.weight[k] = weight;
-    for (int i = 0; i < 2; ++i) {
+    for (int i = 0; i < 2; ++i)
         to.z[i][k] = z[i];
-        to.corner[i][k] = over_.corner[i];
-    }
-    for (int i = 0; i < 3; ++i) {
-        to.height[i][k] = over_.height[i];
-        for (int j = 0; j < 3; ++j)
-            to.n[i][j][k] = over_.n[i][j];
+    if (to.masters == 0 || to.master[to.masters - 1].facet != over_.facet) {
+        to.from[to.masters] = k;
+        to.master[to.masters++] = over_;
     }
     if (++to.count == kBlock) flush_(only);
 }
@@ -205,12 +206,19 @@ void FixedIntegrals::flush_(int only)
     for (int i = 0; i < 2; ++i) {
         fill(points.z[i]);
         fill(points.xi[i]);
-        fill(points.corner[i]);
     }
+    const auto spread = [&](auto number, Many& value) { // from each master's first point on
+        value.setConstant(number(points.master[0]));
+        for (int m = 1; m < points.masters; ++m)
+            for (int k = points.from[m]; k < kBlock; ++k)
+                value[k] = number(points.master[m]);
+    };
+    for (int i = 0; i < 2; ++i)
+        spread([i](const MasterPlane& m) { return m.corner[i]; }, points.corner[i]);
     for (int i = 0; i < 3; ++i) {
-        fill(points.height[i]);
-        for (Many& value : points.n[i])
-            fill(value);
+        spread([i](const MasterPlane& m) { return m.height[i]; }, points.height[i]);
+        for (int j = 0; j < 3; ++j)
+            spread([i, j](const MasterPlane& m) { return m.n[i][j]; }, points.n[i][j]);
     }
     for (int k = points.count; k < kBlock; ++k)
         points.weight[k] = 0;
@@ -220,7 +228,7 @@ void FixedIntegrals::flush_(int only)
         integrate_<4>(points, only);
     else
         integrate_<6>(points, only);
-    points.count = points.steps = 0;
+    points.count = points.steps = points.masters = 0;
 }
 
 /// Shape functions of the slave's face and the points' places in the plane.

@@ -30,13 +30,25 @@ public:
 private:
     static constexpr int kBlock = 8;
     using Many = Eigen::Array<double, kBlock, 1>;
+    /// The master's facet over the plane z of the slave's facet: at d = z - corner the height is
+    /// height[0] + d . height[1..2], and the normal, but for its length, n[0] + d . n[1..2].
+    struct MasterPlane {
+        const Facet* facet = nullptr;
+        Vec2 corner;
+        Vec3 n[3];
+        Vec3 height;
+    };
     /// Points of one facet that wait until there are enough to be integrated at once: their places
     /// in the plane, or for six nodes those of straight sides; on the slave's reference face for
-    /// four nodes; weights; and the master over the plane, linear around a corner.
+    /// four nodes; weights; and the masters over the plane, each from one of the points on.
     struct Waiting {
         int count = 0;
         int steps = 0; ///< of Newton's method from `xi` on, for four nodes
-        Many z[2], xi[2], weight, corner[2], n[3][3], height[3];
+        Many z[2], xi[2], weight;
+        int masters = 0;
+        int from[kBlock];
+        MasterPlane master[kBlock];
+        Many corner[2], n[3][3], height[3]; ///< of each point, from flush_
     };
     /// int N N^T (i <= j, row by row), int N n^T, int N y^T, int N, with the master's unit normal n
     /// and place y, each as sums of every eighth point.
@@ -46,14 +58,6 @@ private:
     /// The same where a function is 1, without N.
     struct Constant {
         Many N[6], n[3], y[3], area;
-    };
-    /// The master's facet over the plane z of the slave's facet: at d = z - corner the height is
-    /// height[0] + d . height[1..2], and the normal, but for its length, n[0] + d . n[1..2].
-    struct MasterPlane {
-        const Facet* facet = nullptr;
-        Vec2 corner;
-        Vec3 n[3];
-        Vec3 height;
     };
     void set_master_(const Facet& master);
     void find_on_quadrilateral_(const Vec2& z);
@@ -81,6 +85,7 @@ private:
     Eigen::Matrix2d near_slope_;     ///< of its map back, near the present polygon
     double contraction_ = 1;         ///< of the bend over the polygon; 1: too large
     Vec2 polygon_corner_, polygon_xi_;
+    Vec2 near_twist_;              ///< the slope's product with the twist
     int steps_ = 0;                ///< with that slope
     Eigen::Matrix2d slope_, back_; ///< of a triangle: to its reference coordinates, and back
     Vec2 offset_, origin_;

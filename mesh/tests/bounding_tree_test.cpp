@@ -1,5 +1,5 @@
 #include "mesh/bounding_tree.hpp"
-#include "mesh/nearby_triangles.hpp"
+#include "mesh/region_triangles.hpp"
 
 #include "mesh/generate/ball.hpp"
 
@@ -39,7 +39,7 @@ TEST_CASE("the tree finds what a search of all triangles finds with or without a
     const BoundingTree tree{mesh};
     std::mt19937 rng{2};
     std::uniform_real_distribution<double> uniform{-1.5, 1.5};
-    NearbyTriangles nearby;
+    RegionTriangles nearby;
     for (int k = 0; k < 300; ++k) {
         const Vec3 x{uniform(rng), uniform(rng), uniform(rng)};
         double best = 1e300;
@@ -52,7 +52,7 @@ TEST_CASE("the tree finds what a search of all triangles finds with or without a
         CHECK(std::sqrt(tree.nearest(x, -1).squared) == doctest::Approx(best).epsilon(1e-14));
         CHECK(std::sqrt(tree.nearest(x, k).squared) == doctest::Approx(best).epsilon(1e-14));
         CHECK(std::sqrt(tree.nearest(x, -1, 0.1).squared) <= best * 1.1 + 1e-15);
-        nearby.gather(tree, x + Vec3{0.05, -0.05, 0.02}, 0.08);
+        nearby.gather(mesh, tree, x + Vec3{0.05, -0.05, 0.02}, 0.08);
         CHECK(std::sqrt(nearby.nearest(x).squared) == doctest::Approx(best).epsilon(1e-14));
         nearby.select(x + Vec3{0.01, 0.01, -0.02}, 0.03);
         CHECK(std::sqrt(nearby.nearest(x).squared) == doctest::Approx(best).epsilon(1e-14));
@@ -129,10 +129,10 @@ TEST_CASE("what is nearest in a region is found in any unit, among needles and l
         }
         add({-1e4, -1e4, 0.3}, {1e4, -1e4, 0.2}, {0, 2e4, -0.4});
         const BoundingTree tree{mesh};
-        NearbyTriangles nearby;
+        RegionTriangles nearby;
         for (int k = 0; k < 200; ++k) {
             const Vec3 centre = unit * place();
-            nearby.gather(tree, centre, 0.2 * unit);
+            nearby.gather(mesh, tree, centre, 0.2 * unit);
             const Vec3 middle = centre + 0.05 * unit * place();
             if (k % 2 == 0) nearby.select(middle, 0.1 * unit);
             const Vec3 x = middle + 0.05 * unit * place();
