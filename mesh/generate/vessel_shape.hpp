@@ -33,7 +33,7 @@ class VesselShape {
 public:
     VesselShape(std::vector<SweptTube> tubes, double blend_radius);
 
-    /// Those of a ball.
+    /// Those of a ball [m].
     VesselPieces pieces_around(const Vec3& centre, double radius) const;
 
     /// Signed distance at x [m].
