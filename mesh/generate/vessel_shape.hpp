@@ -33,7 +33,8 @@ class VesselShape {
 public:
     VesselShape(std::vector<SweptTube> tubes, double blend_radius);
 
-    /// Those of a ball [m].
+    /// Those of a ball.
+    /// @param radius  of the ball [m]
     VesselPieces pieces_around(const Vec3& centre, double radius) const;
 
     /// Signed distance at x [m].
