@@ -16,7 +16,8 @@ constexpr double kPerUnknown = 2.5e3;    // state, blocks, factor and contact po
 constexpr double kPerSolidUnknown = 1e4; // state, matrices, factor, columns of a solid
 constexpr double kPerRigid = 5.5e4;      // state and contacts of a rigid body
 constexpr double kPerTriangle = 300;     // surface, its index, running maximum, buffers of output
-constexpr double kSampledWall = 15e6;    // blocks of a sampled distance along the wire's way
+constexpr double kSampledWall = 15e6;    // blocks of a sampled distance along the wire's way,
+constexpr double kBoundedWall = 8e6;     // of a wall whose tubes bound it where nothing is near
 
 bool from_file(const ObstacleInput& o)
 {
@@ -183,8 +184,8 @@ Plan make_plan(const Scene& scene, const std::vector<BodyPlan>& bodies,
     if (const LinearPath* taken = linear.path(linear.taken)) plan.memory += taken->memory;
     for (const Obstacle& o : obstacles)
         plan.memory += kPerTriangle * static_cast<double>(*o.model.triangle_count);
-    plan.memory += kSampledWall * static_cast<double>(std::count_if(
-                                      scene.obstacles.begin(), scene.obstacles.end(), is_sampled));
+    for (const ObstacleInput& o : scene.obstacles)
+        if (is_sampled(o)) plan.memory += from_file(o) ? kSampledWall : kBoundedWall;
     if (!beams) {
         plan.path = !scene.rods.empty() ? "free motion of each body, Newton's method on the rods"
                     : solids && !direct ? "no free motion of its own"

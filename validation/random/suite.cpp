@@ -99,18 +99,19 @@ public:
         return a;
     }
 
-    /// What the steps of a run leave, by the same scene in half and in a quarter of them; once.
+    /// What the steps of a run leave, by the same scene in steps twice as long, half and a quarter;
+    /// once.
     const StepError& error_of_steps(const WrittenRun& base)
     {
         if (error_of_steps_) return *error_of_steps_;
-        std::vector<WrittenRun> finer;
-        for (const int parts : {2, 4}) {
+        std::vector<WrittenRun> others;
+        for (const double parts : {0.5, 2.0, 4.0}) {
             Json scene = scene_.scene;
             scene["time"]["step"] = scene.at("time").at("step").get<double>() / parts;
             Attempt a = run(scene, fmt::format("steps_{}", parts), 1, "");
-            if (a.written) finer.push_back(std::move(*a.written));
+            if (a.written) others.push_back(std::move(*a.written));
         }
-        return error_of_steps_.emplace(step_error(base, finer));
+        return error_of_steps_.emplace(step_error(base, others));
     }
 
 private:

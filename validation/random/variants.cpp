@@ -219,12 +219,12 @@ bool took_other_steps(const WrittenRun& run, const WrittenRun& other, double uni
     return false;
 }
 
-StepError step_error(const WrittenRun& run, const std::vector<WrittenRun>& finer)
+StepError step_error(const WrittenRun& run, const std::vector<WrittenRun>& others)
 {
     constexpr double kSafety = 2; // the error of first order is twice what half the step changes
     const WrittenHistory& a = run.history;
     StepError left;
-    for (const WrittenRun& f : finer) {
+    for (const WrittenRun& f : others) {
         const WrittenHistory& b = f.history;
         for (const std::string& name : a.names) {
             if (is_of_the_way(name) || b.column(name) < 0) continue;

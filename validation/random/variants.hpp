@@ -34,8 +34,8 @@ bool took_other_steps(const WrittenRun& run, const WrittenRun& other, double uni
 /// What the lengths of its steps leave of a run: by column, or by the stem of a vector's columns.
 using StepError = std::map<std::string, double>;
 
-/// Twice what finer runs of the same scene differ by at the end, the largest of them.
-StepError step_error(const WrittenRun& run, const std::vector<WrittenRun>& finer);
+/// Twice what runs of the same scene in other steps differ by at the end, the largest of them.
+StepError step_error(const WrittenRun& run, const std::vector<WrittenRun>& others);
 
 /// What differs between a run and that of a variant by more than it may. At most one finding: the
 /// worst.
