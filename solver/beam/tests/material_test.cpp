@@ -1,6 +1,7 @@
 #include "solver/beam/material.hpp"
 
 #include "mesh/tests/relative.hpp"
+#include "solver/beam/held_base.hpp"
 #include "solver/beam/rotation.hpp"
 #include "solver/beam/tests/random_wire.hpp"
 
@@ -19,6 +20,23 @@ template <class F> double integral(double a, double b, F f)
     for (int i = 0; i < n; ++i)
         sum += f(a + (b - a) * (i + 0.5) / n);
     return sum * (b - a) / n;
+}
+
+/// Two segments of 0.4 m, the second with this curvature and twist [1/m].
+WireMaterial straight_then_bent(double curvature, double twist)
+{
+    std::vector<BeamSegment> parts(2);
+    for (BeamSegment& g : parts) {
+        g.length = 0.4;
+        g.radius = 1e-4;
+        g.EI = {2e-4, 2e-4};
+        g.GJ = {1e-4, 1e-4};
+        g.EA = {100, 100};
+        g.element = 0.4;
+    }
+    parts[1].curvature = curvature;
+    parts[1].twist = twist;
+    return make_material(parts, 0);
 }
 
 } // namespace
@@ -110,19 +128,9 @@ TEST_CASE("the ends of an unstressed element are where an arc after a straight p
 {
     // A step of 5 / m halfway: its spread of a radius of 1e-4 is too short to count. Of the mean
     // curvature alone the second end would be off by angle * L / 8.
-    std::vector<BeamSegment> parts(2);
-    for (BeamSegment& g : parts) {
-        g.length = 0.4;
-        g.radius = 1e-4;
-        g.EI = {2e-4, 2e-4};
-        g.GJ = {1e-4, 1e-4};
-        g.EA = {100, 100};
-        g.element = 0.4;
-    }
-    parts[1].curvature = 5;
-    const WireMaterial m = make_material(parts, 0);
+    const WireMaterial m = straight_then_bent(5, 0);
     const ElementLaw law = law_between(m, 0.2, 0.6);
-    const double r = 1 / parts[1].curvature, angle = 0.2 / r;
+    const double r = 1.0 / 5, angle = 0.2 / r;
     BeamNode b;
     move_along(b, natural_strain(law), law.length);
     CHECK(b.x[0] == test::relative(0.2 + r * std::sin(angle)).epsilon(1e-6));
@@ -130,6 +138,29 @@ TEST_CASE("the ends of an unstressed element are where an arc after a straight p
     CHECK(b.x[2] == 0);
     CHECK(first_axis(b.q)[1] == test::relative(std::sin(angle)).epsilon(1e-9));
     CHECK(std::abs(element_energy(BeamNode{}, b, law)) < 1e-13 * law.constant);
+}
+
+TEST_CASE("what grows out of the sheath across a step of curvature has the slope of its energy")
+{
+    const WireMaterial m = straight_then_bent(5, 3);
+    HeldBase base{m};
+    base.next = 0.6;
+    base.inserted = 0.6; // 0.2 m of the first segment are out, of 0.4
+    base.base_insertion = 0.5999;
+    base.rotation = 0.1;
+    BeamNode a, b;
+    move_along(b, {1.001, 0.05, -0.03, 0.4, 0.7, 2}, 0.4);
+    const auto energy = [&](double further) {
+        const HeldWire held = held_part(base, base.end() - further);
+        const double stretch = base.stretch() + further, turn = base.base_twist - base.rotation;
+        return element_energy(a, b, law_at_end(base, further)) +
+               0.5 * stretch * stretch / held.axial + 0.5 * turn * turn / held.torsion +
+               held.bending;
+    };
+    const double h = 1e-4, near = (energy(h) - energy(-h)) / (2 * h),
+                 far = (energy(2 * h) - energy(-2 * h)) / (4 * h);
+    const double slope = growth(base, a, b, law_at_end(base, 0), 0).slope;
+    CHECK(slope == test::relative((4 * near - far) / 3).epsilon(1e-6));
 }
 
 TEST_CASE("a step of curvature is spread over a wire radius and nothing jumps")
