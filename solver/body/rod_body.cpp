@@ -289,12 +289,14 @@ void RodBody::forces_at_iterate()
 }
 
 /// Takes what is held from the matrix.
-void RodBody::hold_matrix(RodMatrix& A) const
+/// @param first  rows of the nodes before it are not used
+void RodBody::hold_matrix(RodMatrix& A, int first) const
 {
     const int n = rod_.node_count();
     const auto rows = [](Block6& b, const Mat6& P) { set_block(b, P * dense(b)); };
     const auto columns = [](Block6& b, const Mat6& P) { set_block(b, dense(b) * P); };
     for (const Held& h : held_) {
+        if (h.node < first) continue;
         const Mat6& P = h.free;
         Block6& d = A.chain.diagonal(h.node);
         const Mat6 own = dense(d);
@@ -375,7 +377,7 @@ void RodBody::linearise()
         balance_at_sheath(b, {}, residual_);
         if (compliant_in_sheath()) stiffness_at_sheath(b);
     }
-    hold_matrix(K_);
+    hold_matrix(K_, first_outside());
     negative_ = K_.factor(first_outside());
     free_change_ = solve(rest) + move;
     right_ = projected(rest);
@@ -507,7 +509,7 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
         Eigen::VectorXd unused = residual_;
         add_contact_stiffness(unused);
         if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
-        hold_matrix(K_);
+        hold_matrix(K_, first_outside());
         negative_ = K_.factor(first_outside());
         stable_ = negative_ == 0;
     }
@@ -551,11 +553,11 @@ std::vector<double> RodBody::frequencies(int count)
     forces(now_, step_.end(), inner, load);
     held_ = held_at(now_, step_.end());
     if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
-    hold_matrix(K_);
+    hold_matrix(K_, 0);
     negative_ = K_.factor();
     M_.set_zero();
     add_rod_mass(rod_, now_.nodes, 1, M_);
-    hold_matrix(M_);
+    hold_matrix(M_, 0);
     for (const Held& h : held_) { // what is held has no inertia
         Block6& d = M_.chain.diagonal(h.node);
         set_block(d, h.free * dense(d) * h.free);

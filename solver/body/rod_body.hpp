@@ -288,7 +288,7 @@ private:
     double slack_share(const Eigen::VectorXd& y) const;
     /// Tension holds it at the iterate, and not bending.
     bool is_taut() const;
-    void hold_matrix(RodMatrix& A) const;
+    void hold_matrix(RodMatrix& A, int first) const;
     void move_nodes(Motion& m, const Eigen::VectorXd& y);
     void unroll(Motion& m, const Eigen::VectorXd& y);
     void note_motion(const std::vector<BeamNode>& before, const Eigen::VectorXd& y);
@@ -325,8 +325,9 @@ private:
     bool compliant_at(double fed) const;
     bool compliant_in_sheath() const; ///< there is enough in it to stretch
     HeldBase held_base(const SheathEnd& at) const;
-    double turn_in_sheath(const SheathEnd& at, double s) const;
-    BeamNode held_in_sheath(int node) const;
+    double torsion_in_sheath(const SheathEnd& at) const;
+    double turn_in_sheath(const SheathEnd& at, double s, double whole) const;
+    BeamNode held_in_sheath(int node, double whole) const;
     BeamNode at_place(double s) const; ///< of the rod, at the accepted state, on its mesh
     std::optional<BeamNode> place_before(int element, double xi) const;
     void take_sheath_end(const SheathEnd& next);

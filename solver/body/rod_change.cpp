@@ -150,14 +150,14 @@ double RodBody::slack_share(const Eigen::VectorXd& y) const
     if (root_ >= 0 || !expected_.empty() || kind_ != RodElement::exact || !is_taut()) return 1;
     // A beam that is not one is stretched on the way alone, by its turns, and is soon no more.
     double pulled = 0, soft = std::numeric_limits<double>::infinity();
-    for (int e = 0; e < rod_.element_count(); ++e) {
-        const ElementLaw& law = rod_.law[std::size_t(e)];
-        pulled = std::max(pulled, rod_resultants(rod_, state_.nodes, kind_, e)[0]);
+    for (const ElementLaw& law : rod_.law)
         soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
-    }
+    const int out = first_outside(); // in a sheath nothing pulls
+    for (int e = out; e < rod_.element_count(); ++e)
+        pulled = std::max(pulled, rod_resultants(rod_, state_.nodes, kind_, e)[0]);
     if (!(pulled * size_ * size_ > kTaut * soft)) return 1;
     double now = 0, then = 0; // tension times length
-    for (int e = 0; e < rod_.element_count(); ++e) {
+    for (int e = out; e < rod_.element_count(); ++e) {
         const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
         const ElementLaw& law = rod_.law[a];
         const std::array<double, 6> after = predicted_strain(

@@ -164,9 +164,11 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         }
     }
     // ---- Nodes in the sheath
-    for (int node = 0, in_sheath = nodes_in_sheath(); node < in_sheath; ++node) {
+    const int in_sheath = nodes_in_sheath();
+    const double torsion = in_sheath > 0 ? torsion_in_sheath(sheath_) : 0;
+    for (int node = 0; node < in_sheath; ++node) {
         const std::size_t i = of(node);
-        const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node);
+        const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node, torsion);
         if (node == sheath_.node && compliant_in_sheath()) {
             directions[i].hold_across(along_sheath());
             directions[i].hold_turns_across(Vec3::UnitX());

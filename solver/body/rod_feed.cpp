@@ -142,8 +142,9 @@ void RodBody::begin_motion_at_sheath()
     }
     state_.end = start;
     move_sheath_end(start);
+    const double torsion = torsion_in_sheath(start);
     for (int i = 0; i <= start.node; ++i)
-        state_.nodes[std::size_t(i)] = held_in_sheath(i);
+        state_.nodes[std::size_t(i)] = held_in_sheath(i, torsion);
     // What begins to be out, or ends to be.
     passed_energy_ = (start.node == all) != (last.node == all) ? kinetic_energy() - before : 0;
     renewed_ = same ? -1 : std::min(remeshed_ + 1, rod_.node_count() - 1);
@@ -184,8 +185,9 @@ void RodBody::place_at_sheath()
     }
     now_.end = next;
     take_sheath_end(next);
+    const double torsion = torsion_in_sheath(next);
     for (int i = 0; i <= next.node; ++i)
-        now_.nodes[std::size_t(i)] = held_in_sheath(i);
+        now_.nodes[std::size_t(i)] = held_in_sheath(i, torsion);
 }
 
 Vec6 RodBody::velocity_in_sheath() const

@@ -76,7 +76,7 @@ int RodBody::path_step(double length, double first, double end, double tolerance
         }
         lead(rest, move);
         lead(rate, move_rate);
-        hold_matrix(K_);
+        hold_matrix(K_, 0);
         negative_ = K_.factor();
         // y = y_r + dt y_t with K y_r = rest, K y_t = rate (Crisfield), and dt by the linearised
         // length condition |done + y|^2 = target^2: done . y = (target^2 - |done|^2) / 2 (Ramm);

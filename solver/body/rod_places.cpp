@@ -228,12 +228,12 @@ bool RodBody::slip_is_unbalanced() const
 bool RodBody::is_taut() const
 {
     double compression = 0, tension = 0, soft = std::numeric_limits<double>::infinity();
-    for (int e = 0; e < rod_.element_count(); ++e) {
-        const ElementLaw& law = rod_.law[std::size_t(e)];
+    for (const ElementLaw& law : rod_.law)
+        soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
+    for (int e = first_outside(); e < rod_.element_count(); ++e) {
         const double axial = rod_resultants(rod_, now_.nodes, kind_, e)[0];
         compression = std::max(compression, -axial);
         tension = std::max(tension, axial);
-        soft = std::min(soft, std::min(law.S[4], law.S[5]) / law.length);
     }
     return tension > compression && tension * size_ * size_ > kTautRod * soft;
 }

@@ -129,18 +129,24 @@ HeldBase RodBody::held_base(const SheathEnd& at) const
     return base;
 }
 
+/// Torsional flexibility of what is in the sheath [rad/(N m)].
+double RodBody::torsion_in_sheath(const SheathEnd& at) const
+{
+    return held_part(held_base(at), std::max(at.s, 0.0)).torsion;
+}
+
 /// The turn about the sheath of a section in it.
-double RodBody::turn_in_sheath(const SheathEnd& at, double s) const
+/// @param whole  torsion_in_sheath(at)
+double RodBody::turn_in_sheath(const SheathEnd& at, double s, double whole) const
 {
     if (at.turned == at.rotation) return at.rotation;
-    const HeldBase base = held_base(at);
-    const double whole = held_part(base, std::max(at.s, 0.0)).torsion,
-                 part = held_part(base, std::max(s, 0.0)).torsion;
+    const double part = held_part(held_base(at), std::max(s, 0.0)).torsion;
     return at.turned + (at.rotation - at.turned) * (whole > 0 ? part / whole : 1);
 }
 
 /// Where the sheath has a node.
-BeamNode RodBody::held_in_sheath(int node) const
+/// @param whole  torsion_in_sheath(sheath_); of the node at its end not used
+BeamNode RodBody::held_in_sheath(int node, double whole) const
 {
     const double own = rod_.s[std::size_t(node)],
                  out = rod_.length - fed_first_; // the sheath's end, along the first shape
@@ -149,7 +155,7 @@ BeamNode RodBody::held_in_sheath(int node) const
     BeamNode n = rod_.nodes[std::size_t(node)];
     for (int k = 0; k < 3; ++k)
         n.move(k, (at_end ? out - own : out - sheath_.s) * along[k]);
-    const double turn = at_end ? sheath_.rotation : turn_in_sheath(sheath_, own);
+    const double turn = at_end ? sheath_.rotation : turn_in_sheath(sheath_, own, whole);
     if (turn != 0) rotate_in_body(n.q, turn * Vec3::UnitX());
     return n;
 }
@@ -210,7 +216,8 @@ BeamNode RodBody::at_place(double s) const
         const double from = inside ? rod_.length : end.s;
         for (int k = 0; k < 3; ++k)
             n.move(k, (s - from) * along[k]);
-        const double turn = turn_in_sheath(end, s) - turn_in_sheath(end, from);
+        const double whole = torsion_in_sheath(end),
+                     turn = turn_in_sheath(end, s, whole) - turn_in_sheath(end, from, whole);
         if (turn != 0) rotate_in_body(n.q, turn * Vec3::UnitX());
         return n;
     }
@@ -321,7 +328,7 @@ void RodBody::turn_with_sheath()
     for (auto i = std::size_t(remeshed_) + 2; i < inner.size() && whole; ++i)
         whole = (ConstMap6(inner[i].value) - ConstMap6(load[i].value)).head<3>().norm() <=
                 kNothing * force_scale();
-    const Vec3 along = along_sheath(), end = held_in_sheath(sheath_.node).position();
+    const Vec3 along = along_sheath(), end = held_in_sheath(sheath_.node, 0).position();
     const Mat3 about = rotation(turn * along).toRotationMatrix() - Mat3::Identity();
     for (auto i = std::size_t(sheath_.node); i < now_.nodes.size(); ++i) {
         const bool held = std::ranges::any_of(holds_, [&](const Hold& h) {
@@ -429,7 +436,7 @@ std::array<double, 2> RodBody::past_sheath_end(Eigen::VectorXd& y) const
     if (!compliant_in_sheath()) return {0, 0};
     const Eigen::Index f = at6(std::size_t(sheath_.node));
     const Vec3 along = along_sheath();
-    const BeamNode there = held_in_sheath(sheath_.node);
+    const BeamNode there = held_in_sheath(sheath_.node, 0);
     const BeamNode& now = now_.nodes[std::size_t(sheath_.node)];
     double move = 0;
     for (int k = 0; k < 3; ++k)

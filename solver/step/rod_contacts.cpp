@@ -34,8 +34,9 @@ Vec3 inside(const Pose& at, const Vec3& x)
 /// the radius on its way through a step.
 struct RodSweep {
     const Curve &before, &now;
-    Pose from, to;                               // of the body
-    std::function<double(const Vec3&)> distance; // in its frame
+    Pose from, to; // of the body
+    /// Distance of a place in its frame: exact, or a lower bound that is more than `enough`.
+    std::function<double(const Vec3&, double enough)> distance;
 
     /// True if it comes nearer than `least` on a way in the body's frame, by time from 0 to 1.
     /// @param length  at most of the way [m]: distances change no faster
@@ -43,7 +44,7 @@ struct RodSweep {
     {
         const double smallest = std::max(0.1 * radius / length, 1 / kParts);
         for (double w = 0; w < 1;) {
-            const double d = distance(way(w));
+            const double d = distance(way(w), least + (1 - w) * length);
             if (d < least) return true;
             w += std::max((d - least) / length, smallest);
         }
@@ -72,7 +73,7 @@ struct RodSweep {
             };
             return fine ? part(at.t) : part(at.t - 0.5 * half) || part(at.t + 0.5 * half);
         }
-        if (distance(a) < least) return false; // it began in there
+        if (distance(a, least) < least) return false; // it began in there
         if (!comes_near(straight, length, least, radius)) return false;
         // A body that rotates below a rod at rest contains a straight path in its own frame, and
         // one that takes the rod along a straight path in space: a place has passed only if it does
@@ -258,12 +259,15 @@ bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const Contact
     RodSweep sweep{before, now, {}, {}, {}};
     if (pair.b < 0) {
         const Wall& wall = *walls_[std::size_t(pair.obstacle)];
-        sweep.distance = [&wall, hint](const Vec3& x) mutable { return wall.distance(x, hint); };
+        sweep.distance = [&wall, hint](const Vec3& x, double enough) mutable {
+            const double least = wall.clearance(x, hint);
+            return least > enough ? least : wall.distance(x, hint);
+        };
     } else {
         const RigidBody& rigid = *bodies[std::size_t(pair.b)].rigid;
         sweep.from = pose_of(rigid.start_placement());
         sweep.to = pose_of(rigid.placement());
-        sweep.distance = [surface = distance_from(rigid, {})](const Vec3& x) {
+        sweep.distance = [surface = distance_from(rigid, {})](const Vec3& x, double) {
             return surface(x).distance;
         };
     }

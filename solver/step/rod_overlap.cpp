@@ -84,7 +84,13 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
         for (const Sample& s : own)
             if (s.free || p.b >= 0) keep_deepest(s.x, s.radius - distance(s.x).distance);
     };
-    if (p.b < 0) {
+    if (p.b < 0 && !p.plane) {
+        const Wall& wall = *walls_[std::size_t(p.obstacle)];
+        WallHint hint;
+        for (const Sample& s : own)
+            if (s.free && wall.clearance(s.x, hint) < s.radius)
+                keep_deepest(s.x, s.radius - wall.distance(s.x, hint));
+    } else if (p.b < 0) {
         in_shape(distance_from_obstacle(p));
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
         in_shape(distance_from(*rigid, rigid->placement()));
