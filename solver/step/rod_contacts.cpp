@@ -88,9 +88,23 @@ struct RodSweep {
     }
 
     /// Of the whole piece.
-    bool passes(int piece) const { return passes({piece, 0.5}, 0.5); }
+    bool passes(int piece) const
+    {
+        const std::size_t i = std::size_t(piece);
+        // Beside a body that does not turn, no way is longer than one of its polygon's.
+        if (from.turn.coeffs() == to.turn.coeffs() &&
+            longest_way(before.pieces[i], now.pieces[i]) <= now.pieces[i].radius)
+            return false;
+        return passes({piece, 0.5}, 0.5);
+    }
 
 private:
+    double longest_way(const CurvePiece& p, const CurvePiece& q) const
+    {
+        const Vec3 own = to.place - from.place, start = q.x0 - p.x0 - own, end = q.x1 - p.x1 - own;
+        return std::max({start.norm(), (start + (q.d0 - p.d0) / 3).norm(),
+                         (end - (q.d1 - p.d1) / 3).norm(), end.norm()});
+    }
     /// No slope of the piece is steeper: they are within those of its polygon.
     static double steepest(const CurvePiece& p)
     {
