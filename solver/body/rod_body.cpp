@@ -351,6 +351,7 @@ Eigen::VectorXd RodBody::projected(const Eigen::VectorXd& f) const
 
 void RodBody::linearise()
 {
+    if (step_.dynamic || !whole_matrix_) held_ = held_at(now_, step_.end()); // else imbalance() did
     if (step_.dynamic) {
         dynamic_residual();
     } else {
@@ -359,7 +360,6 @@ void RodBody::linearise()
         add_drag();
         add_viscous_pull();
     }
-    held_ = held_at(now_, step_.end());
     Eigen::VectorXd move = Eigen::VectorXd::Zero(unknowns());
     for (const Held& h : held_)
         move.segment<6>(6 * h.node) = h.move;

@@ -325,8 +325,8 @@ private:
     bool compliant_at(double fed) const;
     bool compliant_in_sheath() const; ///< there is enough in it to stretch
     HeldBase held_base(const SheathEnd& at) const;
-    double torsion_in_sheath(const SheathEnd& at) const;
-    double turn_in_sheath(const SheathEnd& at, double s, double whole) const;
+    double torsion_to(const SheathEnd& at, double s) const;
+    static double turn_in_sheath(const SheathEnd& at, double part, double whole);
     BeamNode held_in_sheath(int node, double whole) const;
     BeamNode at_place(double s) const; ///< of the rod, at the accepted state, on its mesh
     std::optional<BeamNode> place_before(int element, double xi) const;

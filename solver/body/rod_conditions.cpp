@@ -110,6 +110,9 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
 {
     std::vector<Held> all;
     std::vector<Directions> directions;
+    const int in_sheath = nodes_in_sheath();
+    all.reserve(std::size_t(in_sheath) + holds_.size());
+    directions.reserve(all.capacity());
     std::vector<int> index(m.nodes.size(), -1);
     const auto of = [&](int node) -> std::size_t {
         int& i = index[std::size_t(node)];
@@ -127,7 +130,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         const Vec3 shift(value(h.input->x, t, 0), value(h.input->y, t, 0), value(h.input->z, t, 0));
         const Vec3 axis = h.input->axis.normalized();
         for (const int node : h.nodes) {
-            if (node < nodes_in_sheath()) continue; // the sheath holds it
+            if (node < in_sheath) continue; // the sheath holds it
             const std::size_t i = of(node);
             const BeamNode &now = m.nodes[std::size_t(node)],
                            &first = rod_.nodes[std::size_t(node)],
@@ -164,8 +167,7 @@ std::vector<RodBody::Held> RodBody::held_at(const Motion& m, double t) const
         }
     }
     // ---- Nodes in the sheath
-    const int in_sheath = nodes_in_sheath();
-    const double torsion = in_sheath > 0 ? torsion_in_sheath(sheath_) : 0;
+    const double torsion = in_sheath > 0 ? torsion_to(sheath_, sheath_.s) : 0;
     for (int node = 0; node < in_sheath; ++node) {
         const std::size_t i = of(node);
         const BeamNode &now = m.nodes[std::size_t(node)], first = held_in_sheath(node, torsion);

@@ -142,7 +142,7 @@ void RodBody::begin_motion_at_sheath()
     }
     state_.end = start;
     move_sheath_end(start);
-    const double torsion = torsion_in_sheath(start);
+    const double torsion = torsion_to(start, start.s);
     for (int i = 0; i <= start.node; ++i)
         state_.nodes[std::size_t(i)] = held_in_sheath(i, torsion);
     // What begins to be out, or ends to be.
@@ -185,7 +185,7 @@ void RodBody::place_at_sheath()
     }
     now_.end = next;
     take_sheath_end(next);
-    const double torsion = torsion_in_sheath(next);
+    const double torsion = torsion_to(next, next.s);
     for (int i = 0; i <= next.node; ++i)
         now_.nodes[std::size_t(i)] = held_in_sheath(i, torsion);
 }

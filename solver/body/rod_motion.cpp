@@ -381,6 +381,7 @@ Vec3 RodBody::angular_momentum() const
 std::vector<double> RodBody::state() const
 {
     std::vector<double> s;
+    s.reserve(64 * state_.nodes.size());
     for (const BeamNode& n : material_ ? accepted_.nodes : state_.nodes) {
         s.insert(s.end(), n.x, n.x + 3);
         s.insert(s.end(), n.rest, n.rest + 3);

@@ -36,6 +36,8 @@ Curve RodBody::curve_of(const Motion& m) const
     const std::vector<BeamNode>& nodes = m.nodes;
     Curve c;
     c.closed = rod_.closed;
+    c.pieces.reserve(std::size_t(rod_.element_count()));
+    c.start.reserve(std::size_t(rod_.element_count()) + 1);
     c.start.push_back(0);
     for (int e = 0; e < rod_.element_count(); ++e) {
         const BeamNode &a = nodes[std::size_t(e)], &b = nodes[std::size_t(rod_.second(e))];

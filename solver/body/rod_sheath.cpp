@@ -129,23 +129,23 @@ HeldBase RodBody::held_base(const SheathEnd& at) const
     return base;
 }
 
-/// Torsional flexibility of what is in the sheath [rad/(N m)].
-double RodBody::torsion_in_sheath(const SheathEnd& at) const
+/// Torsional flexibility of the rod between its base and s [rad/(N m)].
+double RodBody::torsion_to(const SheathEnd& at, double s) const
 {
-    return held_part(held_base(at), std::max(at.s, 0.0)).torsion;
+    return held_part(held_base(at), std::max(s, 0.0)).torsion;
 }
 
 /// The turn about the sheath of a section in it.
-/// @param whole  torsion_in_sheath(at)
-double RodBody::turn_in_sheath(const SheathEnd& at, double s, double whole) const
+/// @param part   torsional flexibility between the base and the section
+/// @param whole  between the base and the sheath's end [rad/(N m)]
+double RodBody::turn_in_sheath(const SheathEnd& at, double part, double whole)
 {
     if (at.turned == at.rotation) return at.rotation;
-    const double part = held_part(held_base(at), std::max(s, 0.0)).torsion;
     return at.turned + (at.rotation - at.turned) * (whole > 0 ? part / whole : 1);
 }
 
 /// Where the sheath has a node.
-/// @param whole  torsion_in_sheath(sheath_); of the node at its end not used
+/// @param whole  torsion_to(sheath_, sheath_.s); of the node at its end not used
 BeamNode RodBody::held_in_sheath(int node, double whole) const
 {
     const double own = rod_.s[std::size_t(node)],
@@ -155,7 +155,12 @@ BeamNode RodBody::held_in_sheath(int node, double whole) const
     BeamNode n = rod_.nodes[std::size_t(node)];
     for (int k = 0; k < 3; ++k)
         n.move(k, (at_end ? out - own : out - sheath_.s) * along[k]);
-    const double turn = at_end ? sheath_.rotation : turn_in_sheath(sheath_, own, whole);
+    double turn = sheath_.rotation;
+    if (!at_end && sheath_.turned != sheath_.rotation) {
+        const double part = material_->flexibility_torsion[std::size_t(node)] +
+                            held_base(sheath_).turn_compliance;
+        turn = turn_in_sheath(sheath_, part, whole);
+    }
     if (turn != 0) rotate_in_body(n.q, turn * Vec3::UnitX());
     return n;
 }
@@ -216,8 +221,10 @@ BeamNode RodBody::at_place(double s) const
         const double from = inside ? rod_.length : end.s;
         for (int k = 0; k < 3; ++k)
             n.move(k, (s - from) * along[k]);
-        const double whole = torsion_in_sheath(end),
-                     turn = turn_in_sheath(end, s, whole) - turn_in_sheath(end, from, whole);
+        const auto turn_at = [&, whole = torsion_to(end, end.s)](double x) {
+            return turn_in_sheath(end, torsion_to(end, x), whole);
+        };
+        const double turn = turn_at(s) - turn_at(from);
         if (turn != 0) rotate_in_body(n.q, turn * Vec3::UnitX());
         return n;
     }

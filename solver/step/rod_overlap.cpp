@@ -32,8 +32,10 @@ std::vector<Sample> samples_of(const RodBody& rod)
     double spacing = curve.start.back() / kMostSamples;
     for (const CurvePiece& p : curve.pieces)
         spacing = std::max(spacing, 0.5 * p.radius);
+    const std::vector<CurvePlace> places = stations(curve, spacing);
     std::vector<Sample> all;
-    for (const CurvePlace& at : stations(curve, spacing)) {
+    all.reserve(places.size());
+    for (const CurvePlace& at : places) {
         const CurvePiece& p = curve.pieces[std::size_t(at.piece)];
         all.push_back({p.at(at.t), p.radius, arc_at(curve, at), !rod.in_sheath(at)});
     }
