@@ -284,7 +284,8 @@ NewtonReport solve_together(Coaxial& c, const std::vector<StepStart>& start,
         const Stopwatch solving;
         shift = 0;
         solve_linearised(c, res, options, shift, report);
-        if (report.iterations >= kIterationsBeforeClosing) close_active_rows(c);
+        if (report.iterations >= kIterationsBeforeClosing)
+            close_active_rows(c, least_violation(res, options));
         if (shift > 0) ++report.shifted;
         report.seconds_contact += solving.seconds();
         const Stopwatch moving;

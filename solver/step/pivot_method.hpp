@@ -35,10 +35,21 @@
 
 namespace amontons::pivoting {
 
-constexpr int kTrials = 24; ///< of statuses in a vessel, before the step is made shorter by a shift
+/// Of statuses, before the step is made shorter by a shift: where few contacts are closed, and at
+/// the most.
+constexpr int kTrials = 24, kTrialsOfMany = 200;
 /// Levels of the shift in one iteration.
 constexpr int kShiftLevels = 4;
 constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; ///< relative to the wire's stiffness
+
+/// Number of trials of wires: in the end contacts change one by one, each once or oftener.
+template <class System> int trials_of(const System& s)
+{
+    int closed = 0;
+    for (std::size_t k = 0; k < s.contacts(); ++k)
+        closed += s.contact(k).normal > 0;
+    return std::clamp(closed, kTrials, kTrialsOfMany);
+}
 
 /// Normal plus mu times the slip force's direction.
 template <class System> typename System::Row slip_force_row(System& s, std::size_t k)
@@ -171,8 +182,8 @@ template <class System> void set_system(System& s, double shift, bool coupled, i
 
 /// Factors the system of the trials, with a shift that makes the wire stable on the motions that
 /// contact leaves free: the inertia of the system without friction's coupling. The coupling can
-/// make a pivot negative by itself, in one frame and not in another; whether to compute it is decided by
-/// the determinants, which are the same in all.
+/// make a pivot negative by itself, in one frame and not in another; whether to compute it is
+/// decided by the determinants, which are the same in all.
 /// @param from  in: the factor of nodes before it is that of the last trial
 template <class System>
 void factor_definite(System& s, int from, double& shift, NewtonReport& report)
@@ -287,7 +298,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
 {
     const std::size_t n = s.contacts();
     std::vector<Trial>& trials = s.trial();
-    const double force = 1e-3 * options.tolerance * res.scale;
+    const double force = least_violation(res, options);
     trials.resize(n);
     for (std::size_t k = 0; k < n; ++k)
         initial_status(s.contact(k), trials[k]);
@@ -323,8 +334,10 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
 
 /// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
 /// cancelled the compliance W of a contact (a wedge about to lock). Then the remaining gaps of
-/// the active rows are closed exactly, by their own small dense system.
-template <class System> void close_active(System& s)
+/// the active rows are closed exactly, by their own small dense system. Where there are more rows
+/// than motions, that system has reactions of any size: those far beyond a cone are not taken.
+/// @param force  reactions below it do not count [N]
+template <class System> void close_active(System& s, double force)
 {
     struct Row {
         std::size_t candidate;
@@ -370,6 +383,8 @@ template <class System> void close_active(System& s)
     }
     const Eigen::VectorXd change = solve_full_pivots(S, -gap);
     if (!change.allFinite()) return;
+    const std::vector<Trial> before = s.trial();
+    const std::vector<Node6> increment = s.increment();
     for (Eigen::Index j = 0; j < n; ++j)
         for (int i = s.first(); i <= s.last(); ++i)
             s.increment()[std::size_t(i)].column +=
@@ -383,6 +398,18 @@ template <class System> void close_active(System& s)
         if (r.which == 1) t.t1 += change[j];
         if (r.which == 2) t.t2 += change[j];
         if (r.which == 0 && t.status == 2) set_slip_reaction(s, r.candidate);
+    }
+    constexpr double kFar = 4; // times the radius of the cone
+    const auto far = [&](std::size_t k) {
+        const Trial& t = s.trial()[k];
+        return t.status == 1 &&
+               std::hypot(t.t1, t.t2) > kFar * s.contact(k).mu * std::max(t.normal, 0.0) + force;
+    };
+    for (std::size_t k = 0; k < s.contacts(); ++k) {
+        if (!far(k)) continue;
+        s.trial() = before;
+        s.increment() = increment;
+        return;
     }
 }
 

@@ -14,6 +14,7 @@ namespace amontons {
 namespace {
 
 constexpr double kCertificateRho = 1; // of the natural map, relative to WireMaterial::stiffness
+constexpr double kHeld = 1e-3;        // of a pull on the nodes: with kRhoNormal, ten times it
 constexpr double kLost = 1e-3;        // of what soft walls are off by, relative
 
 void assemble_viscous_pull(const Wire& wire, const ViscousPull& anchor, BlockTridiagonal& K,
@@ -100,6 +101,11 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     const Stopwatch detection;
     w.unsettled =
         find_candidates(wire, walls, start, options.reach, w.proximity, w.candidates, w.covered);
+    if (anchor.active()) // rows weigh more than what holds the wire
+        for (Candidate& c : w.candidates) {
+            const std::size_t e = std::size_t(c.place.element);
+            c.held[0] = c.held[1] = kHeld * std::max(anchor.linear[e], anchor.linear[e + 1]);
+        }
     w.compliant_walls = any_soft(walls) ? &walls : nullptr;
     // The linearised problem contains the curvature of soft walls.
     assemble_reactions(wire, w.candidates, w.base, w.gradient, !w.compliant_walls);
@@ -239,7 +245,7 @@ NewtonReport solve_on_tangents(Wire& wire, const std::vector<WireWall>& walls,
         shift = 0;
         solve_linearised(wire, w, res, options, shift, report);
         if (report.iterations >= kIterationsBeforeClosing && !w.compliant_walls)
-            close_active_rows(wire, w);
+            close_active_rows(wire, w, least_violation(res, options));
         if (shift > 0) ++report.shifted;
         report.seconds_contact += solving.seconds();
         const Stopwatch moving;

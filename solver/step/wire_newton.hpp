@@ -55,6 +55,12 @@ inline bool stopped(const NewtonOptions& options)
     return options.stop && *options.stop;
 }
 
+/// Forces by which a status may be violated without being wrong [N].
+inline double least_violation(const Residual& res, const NewtonOptions& options)
+{
+    return 1e-3 * options.tolerance * res.scale;
+}
+
 /// Iterations before the active rows are closed exactly by close_active_rows().
 constexpr int kIterationsBeforeClosing = 8;
 

@@ -76,7 +76,7 @@ struct ChainSystem {
     {
         return w.candidates[k].index == w.candidates[k - 1].index + 1;
     }
-    int most_trials() const { return pivoting::kTrials; }
+    int most_trials() const { return pivoting::trials_of(*this); }
     int first() const { return wire.state.first; }
     int last() const { return wire.last(); }
     std::vector<Node6>& gradient() { return w.gradient; }
@@ -121,10 +121,10 @@ struct ChainSystem {
 
 } // namespace
 
-void close_active_rows(const Wire& wire, NewtonWorkspace& w)
+void close_active_rows(const Wire& wire, NewtonWorkspace& w, double force)
 {
     ChainSystem s{wire, w};
-    pivoting::close_active(s);
+    pivoting::close_active(s, force);
 }
 
 void solve_linearised(const Wire& wire, NewtonWorkspace& w, const Residual& res,

@@ -12,6 +12,6 @@ void solve_linearised(const Wire& wire, NewtonWorkspace& work, const Residual& r
                       const NewtonOptions& options, double& shift, NewtonReport& report);
 
 /// Closes what the last linear solve left open of the active rows' gaps, exactly.
-void close_active_rows(const Wire& wire, NewtonWorkspace& work);
+void close_active_rows(const Wire& wire, NewtonWorkspace& work, double force);
 
 } // namespace amontons

@@ -5,6 +5,8 @@
 #include "mesh/generate/tube.hpp"
 #include "mesh/surface_wall.hpp"
 #include "mesh/tests/relative.hpp"
+#include "solver/obstacle/build.hpp"
+#include "solver/scene/read.hpp"
 #include "solver/step/tests/keep.hpp"
 
 #include <cmath>
@@ -529,4 +531,41 @@ TEST_CASE("a wire that jams keeps its energy balance")
     CHECK(std::abs(r.energy.error()) < 1.5e-3 * r.energy.work_absolute); // [regression] our own run
     MESSAGE("largest push " << push << " N, " << r.snaps.size() << " snaps, error "
                             << r.energy.error() / r.energy.work_absolute << " of the work");
+}
+
+// 144 contacts on springs turn from slip through stick to slip the other way, one after another:
+// each iteration has to find the status of all, and a damped motion the reactions of all.
+TEST_CASE("a wire on soft walls that is drawn back turns its friction in steps of a millimetre" *
+          doctest::test_suite("slow"))
+{
+    const Scene scene = parse_scene(R"({"schema": 1, "bodies": {
+        "tube": {"kind": "obstacle", "surface": {"generate": "tube", "radius": 0.005139,
+            "centreline": {"start": [0, 0, 0], "direction": [1, 0, 0], "normal": [0, 1, 0],
+                "pieces": [{"length": 0.02883}, {"radius": 0.0432, "angle": 1.751,
+                    "direction": 1.908}, {"length": 0.24007}]}}},
+        "wire": {"kind": "beam", "segments": [
+            {"length": 0.1737, "radius": 4.445e-4, "EI": 5.517e-4, "element": 0.0025},
+            {"length": 0.01, "radius": 4.445e-4, "EI": [5.517e-4, 1.839e-4], "element": 0.0025},
+            {"length": 0.01, "radius": 4.445e-4, "EI": [1.839e-4, 1.839e-5],
+                "element": 0.00125}],
+            "introducer": {"at": [0, 0, 0], "direction": [1, 0, 0], "normal": [0, 1, 0]},
+            "drive": {"insertion": [[0, 0], [1, 0.1559], [1.1, 0.15]]}}},
+        "contact": [{"between": ["wire", "tube"], "friction": 0.6, "foundation": 1000}],
+        "time": {"kind": "quasi_static", "step": 0.05, "end": 1.1}})",
+                                    "test.json", {});
+    std::atomic<bool> never{false};
+    Keep keep;
+    WireSimulation s(scene, build_obstacles(scene));
+    const RunSummary r = s.run(keep, never);
+    CHECK(r.message == "");
+    REQUIRE(r.status == "done");
+    CHECK(r.uncertified_steps == 0);
+    CHECK(r.steps < 60); // [regression] 36 of the 22 that are asked; 219 and then refused before
+    CHECK(keep.records.back().contacts.size() > 100);
+    CHECK(std::abs(r.energy.error()) < 0.005 * r.energy.work_absolute);
+    double push = 0;
+    for (const StepRecord& k : keep.records)
+        push = std::max(push, value(k, "push_force"));
+    CHECK(push > 0.3);
+    CHECK(value(keep.records.back(), "push_force") < -0.1 * push); // it is pulled
 }
