@@ -240,13 +240,25 @@ void RigidBody::add_column(const BodyPlace& at, const Vec3& direction, double sc
             out.emplace_back(3 + i, column, scale * direction[i]);
         return;
     }
-    const Vec3 moment = (step_.follows ? Vec3(at.point - 0.5 * (state_.centre + now_.centre))
-                                       : arm_of(at, step_, begun_, now_.centre))
-                            .cross(direction);
+    const Vec3 moment = lever(at).cross(direction);
     for (int i = 0; i < 3; ++i) // ascending, so that columns need not be sorted
         out.emplace_back(i, column, scale * direction[i]);
     for (int i = 0; i < 3; ++i)
         out.emplace_back(3 + i, column, scale * moment[i]);
+}
+
+void RigidBody::add_force(const BodyPlace& at, const Vec3& force, Eigen::VectorXd& on) const
+{
+    if (driven()) return;
+    if (!at.turns) on.head<3>() += force;
+    on.tail<3>() += at.turns ? force : Vec3(lever(at).cross(force));
+}
+
+/// The arm by which forces at a place turn the body.
+Vec3 RigidBody::lever(const BodyPlace& at) const
+{
+    return step_.follows ? Vec3(at.point - 0.5 * (state_.centre + now_.centre))
+                         : arm_of(at, step_, begun_, now_.centre);
 }
 
 Vec3 RigidBody::displacement(const BodyPlace& at) const
@@ -331,10 +343,23 @@ void RigidBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     }
     const Eigen::MatrixXd H = C;
     const Mat3 J = inverse_inertia();
-    W.noalias() = H.topRows(3).transpose() * (H.topRows(3) / mass_.mass);
-    const Eigen::MatrixXd JH = 0.5 * (J + J.transpose()) * H.bottomRows(3);
-    W.noalias() += H.bottomRows(3).transpose() * JH;
-    W = 0.5 * (W + W.transpose()).eval();
+    const Eigen::MatrixXd velocity = H.topRows(3) / mass_.mass,
+                          spin = 0.5 * (J + J.transpose()) * H.bottomRows(3);
+    // Of three rows each: a general product takes several times as long.
+    const Eigen::Index n = H.cols();
+    W.resize(n, n);
+    for (Eigen::Index j = 0; j < n; ++j)
+        for (Eigen::Index i = 0; i < n; ++i) {
+            double shifted = 0, turned = 0;
+            for (Eigen::Index k = 0; k < 3; ++k) {
+                shifted += H(k, i) * velocity(k, j);
+                turned += H(3 + k, i) * spin(k, j);
+            }
+            W(i, j) = shifted + turned;
+        }
+    for (Eigen::Index j = 0; j < n; ++j)
+        for (Eigen::Index i = 0; i < j; ++i)
+            W(i, j) = W(j, i) = 0.5 * (W(i, j) + W(j, i));
 }
 
 Eigen::VectorXd RigidBody::solve(const Eigen::VectorXd& f)

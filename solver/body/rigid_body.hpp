@@ -66,6 +66,9 @@ public:
     void linearise() override {}
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
+    /// Adds a force, or a moment, at a place to the generalised forces on its unknowns: what
+    /// add_column() gives, added up at once.
+    void add_force(const BodyPlace& at, const Vec3& force, Eigen::VectorXd& on) const;
     Vec3 displacement(const BodyPlace& at) const override;
     Vec3 velocity(const BodyPlace& at, VelocityAt when) const override
     {
@@ -99,6 +102,7 @@ public:
     void set_state(std::span<const double> state) override;
 
 private:
+    Vec3 lever(const BodyPlace& at) const;
     Vec3 iterate_velocity(const BodyPlace& at) const;
     Vec3 start_velocity(const BodyPlace& at) const;
     Vec3 past_velocity(const BodyPlace& at) const;

@@ -128,7 +128,6 @@ bool BodyStepper::check_end_of_step()
     std::vector<BodySystem::Key> keys;
     for (const int c : rows_.chosen)
         keys.push_back(key(c));
-    const std::vector<Eigen::VectorXd> old_force = body_force_;
     // Forces that pass through a light body are far larger than their resultant on it.
     std::vector<double> passing(bodies(), 0);
     for (std::size_t b = 0; b < bodies(); ++b)
@@ -139,9 +138,14 @@ bool BodyStepper::check_end_of_step()
     for (BodySystem::Key& k : keys)
         if (const auto next = followed_.find(k); next != followed_.end()) k = next->second;
     const std::map<BodySystem::Key, Vec3>& known = force_;
-    std::map<BodySystem::Key, int> now;
-    for (int c = 0; c < int(value_.size()); ++c)
+    std::map<BodySystem::Key, int> now; // in motion contacts keep the numbers of the step's start
+    for (int c = 0; c < int(value_.size()) && !step_.dynamic; ++c)
         now[key(c)] = c;
+    const auto number_now = [&](std::size_t i) {
+        if (step_.dynamic) return rows_.chosen[i];
+        const auto at = now.find(keys[i]);
+        return at == now.end() ? -1 : at->second;
+    };
     Eigen::VectorXd r = Eigen::VectorXd::Zero(rows_.count);
     Eigen::VectorXd u(rows_.count);
     std::vector<ActingForce> acting;
@@ -152,30 +156,28 @@ bool BodyStepper::check_end_of_step()
     for (std::size_t i = 0; i < keys.size(); ++i) {
         const int size = amontons::rows_of(problem_.kind[i]);
         const auto force = known.find(keys[i]);
-        const auto at = now.find(keys[i]);
+        const int at = number_now(i);
         const Vec3 f = force == known.end() ? Vec3(Vec3::Zero()) : force->second;
         total += f.norm();
-        if (at == now.end()) { // out of reach, or another piece of the surface
+        if (at < 0) { // out of reach, or another piece of the surface
             lost += f.norm();
             u.segment(rows_.first[i], size).setZero();
             u[rows_.first[i]] = motion_[keys[i]][0];
             continue;
         }
         const bool joint = problem_.kind[i] == ContactKind::bilateral;
-        const Vec3 own =
-            joint ? f : Vec3(list_.contact[std::size_t(at->second)].frame.transpose() * f);
+        const Vec3 own = joint ? f : Vec3(list_.contact[std::size_t(at)].frame.transpose() * f);
         r.segment(rows_.first[i], size) = own.head(size);
-        u.segment(rows_.first[i], size) = value_[std::size_t(at->second)].head(size);
+        u.segment(rows_.first[i], size) = value_[std::size_t(at)].head(size);
         if (joint) {
-            const int c = at->second - int(list_.contact.size());
+            const int c = at - int(list_.contact.size());
             u[rows_.first[i]] += compliance_of_row(std::size_t(c)) * r[rows_.first[i]];
         }
         if (f.isZero(0)) continue;
         const Vec3 along =
-            joint ? Vec3(own[0] * joints_[std::size_t(at->second) - list_.contact.size()].direction)
-                  : Vec3(list_.contact[std::size_t(at->second)].frame.leftCols(size) *
-                         own.head(size));
-        acting.push_back({at->second, along});
+            joint ? Vec3(own[0] * joints_[std::size_t(at) - list_.contact.size()].direction)
+                  : Vec3(list_.contact[std::size_t(at)].frame.leftCols(size) * own.head(size));
+        acting.push_back({at, along});
         acting_keys.push_back(keys[i]);
     }
     r_ = r;
@@ -195,19 +197,20 @@ bool BodyStepper::check_end_of_step()
 
     // ---- Balance of the bodies
     double shift = total > 0 && !nothing_ ? lost / total : 0;
-    const std::vector<Eigen::VectorXd> f = forces_on_bodies(contacts(), acting);
+    std::vector<Eigen::VectorXd> f;
+    forces_on_bodies(contacts(), acting, f);
     double imbalance = nothing_ ? 0 : hanging_imbalance(f);
     int furthest = -1;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const double size = passing[b];
         // Of rods alone the balance with these forces is the whole certificate.
         if (size > 0 && !nothing_ && !rods_only_)
-            shift = std::max(shift, (f[b] - old_force[b]).norm() / size);
+            shift = std::max(shift, (f[b] - body_force_[b]).norm() / size);
         const double own_imbalance = body(b).imbalance(f[b]);
         if (own_imbalance > imbalance) furthest = int(b);
         imbalance = std::max(imbalance, own_imbalance);
     }
-    body_force_ = f;
+    body_force_ = std::move(f);
     log_iteration(report_.error, shift, imbalance, furthest, std::move(acting_keys));
     report_.error = std::max({report_.error, shift, imbalance});
     double size = 0;
@@ -439,17 +442,20 @@ Vec3 BodyStepper::common_place(int c) const
     Vec3 place = Vec3::Zero(), moved = Vec3::Zero();
     int sides = 0;
     const RigidBody* rigid = nullptr;
+    const bool contact = c < int(list_.contact.size());
+    if (step_.follows && contact) // there it is already
+        return list_.contact[std::size_t(c)].point;
     for (const Side& side : sides_of(contacts(), c)) {
         if (side.body < 0 || fixed(std::size_t(side.body))) continue;
         place = side.place.point;
+        if (step_.follows) continue;
         moved += body(std::size_t(side.body)).velocity(side.place, VelocityAt::past);
         rigid = system_.refs[std::size_t(side.body)].rigid;
         ++sides;
     }
-    if (step_.follows) // there it is already
-        return c < int(list_.contact.size()) ? list_.contact[std::size_t(c)].point : place;
+    if (step_.follows) return place;
     if (sides == 1 && rigid) moved = rigid->velocity({{}, rigid->centre()}, VelocityAt::past);
-    if (c < int(list_.contact.size())) place = list_.contact[std::size_t(c)].point;
+    if (contact) place = list_.contact[std::size_t(c)].point;
     return place + step_.h / std::max(sides, 1) * moved;
 }
 

@@ -113,7 +113,8 @@ void BodyStepper::expect_motion()
     double way = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         way = std::max({way, step_.h * body(b).speed(), kStill * body(b).size()});
-    std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    std::vector<Eigen::VectorXd> forces;
+    forces_on_bodies(contacts(), acting, forces);
     const auto move = [&] {
         for (std::size_t b = 0; b < bodies(); ++b)
             body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), forces[b]);
@@ -142,8 +143,9 @@ bool BodyStepper::all_rows_hold()
         return false;
     for (const int c : rows_.chosen)
         if (c < contacts_here && list_.contact[std::size_t(c)].sliding_at_start) return false;
-    const Eigen::MatrixXd W =
-        problem_.W.is_dense() ? problem_.W.dense() : Eigen::MatrixXd(problem_.W.as_sparse());
+    const Eigen::MatrixXd from_sparse =
+        problem_.W.is_dense() ? Eigen::MatrixXd() : Eigen::MatrixXd(problem_.W.as_sparse());
+    const Eigen::MatrixXd& W = problem_.W.is_dense() ? problem_.W.dense() : from_sparse;
     closed_ = close_rows(W);
     const Eigen::VectorXd warm = r_;
     r_.setZero(rows_.count);
@@ -214,7 +216,7 @@ void BodyStepper::refine()
             force_[key(c)] = f;
             acting.push_back({c, f});
         }
-        body_force_ = forces_on_bodies(contacts(), acting);
+        forces_on_bodies(contacts(), acting, body_force_);
         for (std::size_t b = 0; b < bodies(); ++b)
             body(b).update(Eigen::VectorXd(), Eigen::VectorXd(), body_force_[b]);
     }
@@ -309,22 +311,22 @@ double BodyStepper::of_turn(const Coupling& coupling, const CouplingRow& row, do
 /// Couplings as rows of the iterate.
 void BodyStepper::find_joints()
 {
-    joints_.clear();
-    joint_value_.clear();
+    joints_.resize(system_.couplings.size());
+    joint_value_.resize(joints_.size());
     JointFrames frames;
     for (std::size_t c = 0; c < system_.couplings.size(); ++c) {
         const Coupling& coupling = system_.couplings[c];
         const CouplingMemory& memory = system_.coupling_memory[c];
-        CouplingRow row = coupling_row(system_.refs, coupling, memory.value, frames);
-        joint_value_.push_back(row.value);
+        CouplingRow& row = joints_[c];
+        find_row(system_.refs, coupling, memory.value, frames, row);
+        joint_value_[c] = row.value;
         if (!joints_start_.empty()) {
-            row = row_between(coupling, joints_start_[c], std::move(row));
+            row_between(coupling, joints_start_[c], row);
             if (coupling.turns && !coupling.square)
                 row.direction *= of_turn(coupling, row, joints_start_[c].value);
         }
         if (step_.dynamic && coupling.softness > 0)
             row.value = spring_row(coupling, step_.rule, step_.h, memory, row.value).value;
-        joints_.push_back(std::move(row));
     }
 }
 

@@ -164,7 +164,8 @@ void BodyStepper::find_hanging_on_joints()
     if (!(load + pull > 0)) return;
 
     // ---- S, what replaces it, and what supports turns that nothing loads
-    const std::vector<Eigen::VectorXd> forces = forces_on_bodies(contacts(), acting);
+    std::vector<Eigen::VectorXd> forces;
+    forces_on_bodies(contacts(), acting, forces);
     hanging_.away = pulls;
     hanging_.support = Eigen::VectorXd::Zero(modes);
     bool near = !acting.empty();

@@ -29,6 +29,23 @@ constexpr int kMostGrowth = 40;   // of the set of candidates, in one iteration
 constexpr double kAstray = 1e3;   // sizes of a body that contact does not move it
 constexpr double kUnfelt = 1e-10; // share of a mode's size that is rounding of normals
 
+/// Gives the map these entries and no others; what is in it already stays where it is in memory.
+void replace_entries(std::vector<std::pair<BodySystem::Key, Vec3>> entries,
+                     std::map<BodySystem::Key, Vec3>& map)
+{
+    const auto by_key = [](const auto& a, const auto& b) { return a.first < b.first; };
+    if (!std::ranges::is_sorted(entries, by_key)) std::ranges::stable_sort(entries, by_key);
+    auto at = map.begin();
+    for (const auto& [key, value] : entries) {
+        while (at != map.end() && at->first < key)
+            at = map.erase(at);
+        if (at == map.end() || key < at->first) at = map.emplace_hint(at, key, value);
+        at->second = value;
+        ++at;
+    }
+    map.erase(at, map.end());
+}
+
 } // namespace
 
 Eigen::VectorXd BodyStepper::values(const Rows& rows) const
@@ -46,10 +63,13 @@ void BodyStepper::add_motion(const Rows& rows, const std::vector<Eigen::VectorXd
                              Eigen::VectorXd& u) const
 {
     for (std::size_t b = 0; b < bodies(); ++b) {
-        if (rows.row[b].empty()) continue;
-        const Eigen::VectorXd moved = rows.columns[b].transpose() * y[b];
-        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
-            u[rows.row[b][i]] += moved[Eigen::Index(i)];
+        const SparseColumns& C = rows.columns[b];
+        for (std::size_t i = 0; i < rows.row[b].size(); ++i) {
+            double moved = 0;
+            for (SparseColumns::InnerIterator entry(C, Eigen::Index(i)); entry; ++entry)
+                moved += entry.value() * y[b][entry.index()];
+            u[rows.row[b][i]] += moved;
+        }
     }
 }
 
@@ -67,7 +87,10 @@ std::vector<Eigen::VectorXd> BodyStepper::forces(const Rows& rows, const Eigen::
     std::vector<Eigen::VectorXd> f(bodies());
     for (std::size_t b = 0; b < bodies(); ++b) {
         f[b] = Eigen::VectorXd::Zero(body(b).matrix().unknowns());
-        if (!rows.row[b].empty()) f[b] += rows.columns[b] * own(rows, r, b);
+        const SparseColumns& C = rows.columns[b];
+        for (std::size_t i = 0; i < rows.row[b].size(); ++i)
+            for (SparseColumns::InnerIterator entry(C, Eigen::Index(i)); entry; ++entry)
+                f[b][entry.index()] += entry.value() * r[rows.row[b][i]];
     }
     return f;
 }
@@ -467,8 +490,9 @@ bool BodyStepper::solve()
 void BodyStepper::take_answer(const Eigen::VectorXd& u)
 {
     const int n_contacts = int(list_.contact.size());
-    force_.clear();
-    motion_.clear();
+    std::vector<std::pair<BodySystem::Key, Vec3>> force, motion;
+    force.reserve(rows_.chosen.size());
+    motion.reserve(rows_.chosen.size());
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
         const int c = rows_.chosen[i];
         const int rows = amontons::rows_of(problem_.kind[i]);
@@ -476,11 +500,14 @@ void BodyStepper::take_answer(const Eigen::VectorXd& u)
         own.head(rows) = r_.segment(rows_.first[i], rows);
         const int first = all_.first[std::size_t(c)];
         moved.head(rows) = u.segment(first, rows);
+        const BodySystem::Key name = key(c);
         if (!own.isZero(0))
-            force_[key(c)] =
-                c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own);
-        motion_[key(c)] = moved;
+            force.emplace_back(
+                name, c >= n_contacts ? own : Vec3(list_.contact[std::size_t(c)].frame * own));
+        motion.emplace_back(name, moved);
     }
+    replace_entries(std::move(force), force_);
+    replace_entries(std::move(motion), motion_);
     // The error of the solution, on the motion that follows from it, not on the problem's own u.
     Eigen::VectorXd reached(rows_.count);
     for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {

@@ -356,13 +356,15 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
 {
     std::vector<Quantity> out;
     // Moving thousands of names in every step takes longer than making them.
-    out.reserve(12 * system.refs.size() + 6 * system.finder.pairs().size());
+    out.reserve(15 * system.refs.size() + 6 * system.finder.pairs().size() +
+                6 * scene.couplings.size());
     const bool dynamic = scene.time.kind == "dynamic";
-    const auto vector = [&](const std::string& name, const char* unit, const Vec3& v) {
+    const auto vector = [&](std::string_view of, std::string_view what, const char* unit,
+                            const Vec3& v) {
         for (int i = 0; i < 3; ++i) {
             Quantity& component = out.emplace_back();
-            component.name.reserve(name.size() + 2);
-            component.name.append(name).append({'_', "xyz"[i]});
+            component.name.reserve(of.size() + what.size() + 2);
+            component.name.append(of).append(what).append({'_', "xyz"[i]});
             component.unit = unit;
             component.value = v[i];
         }
@@ -405,7 +407,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                                  "_on_" + system.refs[std::size_t(pairs[p].a)].name;
         // Of a solid and itself forces act on either side: their sum is zero.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
-        if (!itself) vector(name + "_force", "N", force[p]);
+        if (!itself) vector(name, "_force", "N", force[p]);
         out.push_back({name + "_contacts", "", closed[p]});
         if (system.refs[std::size_t(pairs[p].a)].rod || itself)
             out.push_back({name + "_normal_force", "N", normal[p]}); // of all sides
@@ -413,16 +415,16 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             out.push_back({name + "_max_pressure", "Pa", pressure[p]});
     }
     for (std::size_t b = 0; b < on_body.size() && unnamed; ++b)
-        vector(system.refs[b].name + "_contact_force", "N", on_body[b]);
+        vector(system.refs[b].name, "_contact_force", "N", on_body[b]);
     std::size_t solid = 0, rod = 0;
 
     // ---- Quantities of each body
     for (const BodyRef& b : system.refs) {
         if (b.rigid) {
-            vector(b.name, "m", b.rigid->centre());
-            vector(b.name + "_turn", "rad", turn_since_start(*b.rigid));
-            if (dynamic) vector(b.name + "_velocity", "m/s", b.rigid->centre_velocity());
-            if (dynamic) vector(b.name + "_spin", "rad/s", b.rigid->spin());
+            vector(b.name, "", "m", b.rigid->centre());
+            vector(b.name, "_turn", "rad", turn_since_start(*b.rigid));
+            if (dynamic) vector(b.name, "_velocity", "m/s", b.rigid->centre_velocity());
+            if (dynamic) vector(b.name, "_spin", "rad/s", b.rigid->spin());
             continue;
         }
         if (b.rod) {
@@ -437,22 +439,22 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                 std::string place = place_of(input.hold[k].set, input.hold[k].at);
                 for (int n = 2; !taken_places.insert(place).second; ++n)
                     place = fmt::format("{}_{}", place_of(input.hold[k].set, input.hold[k].at), n);
-                vector(b.name + "_" + place + "_force", "N", reactions[k][0]);
-                vector(b.name + "_" + place + "_moment", "N m", reactions[k][1]);
+                vector(b.name + "_" + place, "_force", "N", reactions[k][0]);
+                vector(b.name + "_" + place, "_moment", "N m", reactions[k][1]);
             }
             const std::vector<BeamNode>& nodes = b.rod->nodes();
             const std::vector<BeamNode>& first = b.rod->first_nodes();
             double most = 0;
             for (std::size_t i = 0; i < nodes.size(); ++i)
                 most = std::max(most, (nodes[i].position() - first[i].position()).norm());
-            vector(b.name + "_end", "m", nodes.back().position());
-            vector(b.name + "_end_tangent", "",
+            vector(b.name, "_end", "m", nodes.back().position());
+            vector(b.name, "_end_tangent", "",
                    rotation_matrix(nodes.back().q) *
                        b.rod->model().axis(b.rod->model().element_count() - 1, 1));
             taken_places.clear();
             for (const RodLoad& l : input.loads)
                 if (l.at && taken_places.insert(place_of("", l.at)).second)
-                    vector(fmt::format("{}_{:g}", b.name, *l.at), "m",
+                    vector(fmt::format("{}_{:g}", b.name, *l.at), "", "m",
                            nodes[std::size_t(b.rod->model().node_at(*l.at))].position());
             out.push_back({b.name + "_max_displacement", "m", most});
             if (!input.fed.empty()) {
@@ -468,15 +470,15 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         const std::vector<Vec3> reactions = b.solid->reactions();
         const std::vector<Vec3> moments = b.solid->moments();
         for (std::size_t k = 0; k < reactions.size(); ++k) {
-            vector(b.name + "_" + input.hold[k].set + "_force", "N", reactions[k]);
-            vector(b.name + "_" + input.hold[k].set + "_moment", "N m", moments[k]);
+            vector(b.name + "_" + input.hold[k].set, "_force", "N", reactions[k]);
+            vector(b.name + "_" + input.hold[k].set, "_moment", "N m", moments[k]);
         }
         if (!input.supports.empty()) {
             b.solid->complete();
             const std::vector<SolidBody::Support> supports = b.solid->supports();
             double energy = 0;
             for (std::size_t k = 0; k < supports.size(); ++k) {
-                vector(names_of_supports(input)[k], "N", supports[k].force);
+                vector(names_of_supports(input)[k], "", "N", supports[k].force);
                 energy += supports[k].energy;
             }
             out.push_back({b.name + "_support_energy", "J", energy});
@@ -498,7 +500,7 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
                 largest = std::max(largest, (now[i] - first[i]).norm());
         }
         out.push_back({b.name + "_max_displacement", "m", largest});
-        vector(b.name + "_turn", "rad", b.solid->turn_since_start());
+        vector(b.name, "_turn", "rad", b.solid->turn_since_start());
         add_probes(*b.solid, int(&b - system.refs.data()), b.name, step, out);
     }
 
@@ -510,8 +512,8 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             momentum += motion.momentum;
             angular += motion.angular_momentum;
         }
-        vector("momentum", "kg m/s", momentum);
-        vector("angular_momentum", "kg m^2/s", angular);
+        vector("momentum", "", "kg m/s", momentum);
+        vector("angular_momentum", "", "kg m^2/s", angular);
     }
     // Of each coupling on its first body, the moment about its place: where its first row acts.
     std::vector<Vec3> joint(scene.couplings.size(), Vec3::Zero()), moment = joint;
@@ -529,13 +531,14 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
         moment[std::size_t(c.input)] +=
             (step.coupling_place[r] - step.coupling_place[first]).cross(f);
     }
+    std::string name;
     for (std::size_t k = 0; k < joint.size(); ++k) {
         const CouplingInput& c = scene.couplings[k];
-        const std::string name =
-            fmt::format("{}_on_{}_coupling_{}_", c.between[0], c.between[1], k);
-        if (c.kind != "turn_spring") vector(name + "force", "N", -joint[k]);
+        name.assign(c.between[0]).append("_on_").append(c.between[1]);
+        name.append("_coupling_").append(std::to_string(k));
+        if (c.kind != "turn_spring") vector(name, "_force", "N", -joint[k]);
         if (c.kind != "ball" && c.kind != "distance" && c.kind != "spring")
-            vector(name + "moment", "N m", -moment[k]);
+            vector(name, "_moment", "N m", -moment[k]);
     }
     return out;
 }

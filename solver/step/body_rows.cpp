@@ -1,6 +1,7 @@
 #include "solver/step/body_rows.hpp"
 
 #include "mesh/base/dense.hpp"
+#include "solver/body/rigid_body.hpp"
 #include "solver/linear/semidefinite_root.hpp"
 
 #include <algorithm>
@@ -150,22 +151,28 @@ void make_rows(const Contacts& k, Rows& p)
     columns.distribute(unknowns, p);
 }
 
-std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
-                                              std::span<const ActingForce> acting)
+void forces_on_bodies(const Contacts& k, std::span<const ActingForce> acting,
+                      std::vector<Eigen::VectorXd>& on)
 {
-    std::vector<Eigen::VectorXd> on;
-    for (const BodyRef& b : k.bodies)
-        on.push_back(Eigen::VectorXd::Zero(b.body->matrix().unknowns()));
+    on.resize(k.bodies.size());
+    for (std::size_t b = 0; b < on.size(); ++b)
+        on[b].setZero(k.bodies[b].body->matrix().unknowns());
     std::vector<Eigen::Triplet<double>> column;
     for (const ActingForce& a : acting)
         for (const Side& s : sides_of(k, a.contact)) {
-            if (s.body < 0 || on[std::size_t(s.body)].size() == 0) continue;
+            if (s.body < 0) continue;
+            Eigen::VectorXd& sum = on[std::size_t(s.body)];
+            if (sum.size() == 0) continue;
+            const BodyRef& b = k.bodies[std::size_t(s.body)];
+            if (b.rigid) {
+                b.rigid->add_force(s.place, s.sign * a.force, sum);
+                continue;
+            }
             column.clear();
-            k.bodies[std::size_t(s.body)].body->add_column(s.place, a.force, s.sign, 0, column);
+            b.body->add_column(s.place, a.force, s.sign, 0, column);
             for (const auto& entry : column)
-                on[std::size_t(s.body)][entry.row()] += entry.value();
+                sum[entry.row()] += entry.value();
         }
-    return on;
 }
 
 void choose_rows(const Rows& all, Rows& p)

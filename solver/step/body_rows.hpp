@@ -71,8 +71,9 @@ struct ActingForce {
     Vec3 force;
 };
 /// The generalised forces C r of these forces on the unknowns of each body, without forming C.
-std::vector<Eigen::VectorXd> forces_on_bodies(const Contacts& k,
-                                              std::span<const ActingForce> acting);
+/// @param on  out, of each body
+void forces_on_bodies(const Contacts& k, std::span<const ActingForce> acting,
+                      std::vector<Eigen::VectorXd>& on);
 
 /// Fills p with the rows of p.chosen (ascending), taken from the rows of all contacts and
 /// couplings.

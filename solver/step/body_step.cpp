@@ -104,7 +104,8 @@ void BodyStepper::pass_fixed_contact_forces()
         const Vec3 own = contact.frame.transpose() * known->second;
         firm.push_back({c, contact.frame.leftCols(n) * own.head(n)});
     }
-    const std::vector<Eigen::VectorXd> on = forces_on_bodies(contacts(), firm);
+    std::vector<Eigen::VectorXd> on;
+    forces_on_bodies(contacts(), firm, on);
     for (std::size_t b = 0; b < bodies(); ++b)
         if (is_stabilised(system_.refs[b])) system_.refs[b].solid->stabilise_with(on[b]);
 }
@@ -286,7 +287,7 @@ Eigen::VectorXd BodyStepper::in_lengths(std::size_t b, Eigen::VectorXd motion, b
 void BodyStepper::relax()
 {
     left_out_ = 0;
-    if (rows_.count == 0) return; // Newton's method alone
+    if (rows_.count == 0 || step_.dynamic) return; // Newton's method alone; made as it is
     Eigen::Index size = 0;
     for (std::size_t b = 0; b < bodies(); ++b)
         size += y_[b].size() + mode_[b].size();
@@ -314,7 +315,7 @@ void BodyStepper::relax()
                 errors_.back() > 0.5 * errors_[errors_.size() - 2] &&
                 motion_before_.size() == size && motion_before_.dot(motion) < 0;
     Eigen::VectorXd made = motion;
-    if (motion_before_.size() == size && !step_.dynamic && !newton && !there) {
+    if (motion_before_.size() == size && !newton && !there) {
         const Eigen::VectorXd change = motion - motion_before_;
         const double length = change.squaredNorm();
         if (relaxing_ && length > 0) {
@@ -427,9 +428,10 @@ bool BodyStepper::run()
             if (body(b).reset_to_start()) prescribed.push_back(b);
         if (step_.follows) {
             JointFrames frames;
-            for (std::size_t c = 0; c < system_.couplings.size(); ++c)
-                joints_start_.push_back(coupling_row(system_.refs, system_.couplings[c],
-                                                     system_.coupling_memory[c].value, frames));
+            joints_start_.resize(system_.couplings.size());
+            for (std::size_t c = 0; c < joints_start_.size(); ++c)
+                find_row(system_.refs, system_.couplings[c], system_.coupling_memory[c].value,
+                         frames, joints_start_[c]);
         }
         if (!prescribed.empty()) {
             find_at_start();

@@ -12,6 +12,8 @@ struct ClosedRows {
     Eigen::VectorXd scale;       ///< 1 / sqrt(W_ii) of each row
     std::vector<int> kept, left; ///< rows that are independent, and those that repeat them
     Eigen::MatrixXd root;        ///< U of the kept ones, scaled: U^T U = W there
+    /// Of each column of the root, the first row that is other than 0.
+    std::vector<Eigen::Index> begin;
     Eigen::MatrixXd share;       ///< of the kept ones in each that is left, kept x left
     Eigen::MatrixXd left_root;   ///< Cholesky's of 1 + share^T share
 

@@ -66,14 +66,15 @@ void find_arms(const Coupling& c, CouplingRow& row)
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known)
 {
     JointFrames frames;
-    return coupling_row(bodies, c, known, frames);
+    CouplingRow row;
+    find_row(bodies, c, known, frames, row);
+    return row;
 }
 
-CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known,
-                         JointFrames& frames)
+void find_row(const std::vector<BodyRef>& bodies, const Coupling& c, double known,
+              JointFrames& frames, CouplingRow& row)
 {
     if (frames.input != c.input) find_frames(bodies, c, frames);
-    CouplingRow row;
     row.poses = frames.poses;
     if (c.square) {
         const Vec3 a = frames.a.R * c.axis, b = frames.b.R * c.axis_b;
@@ -83,7 +84,7 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
         row.axis_b = b;
         row.direction = c.arm * a.cross(b);
         row.value = c.arm * a.dot(b);
-        return row;
+        return;
     }
     if (c.turns) { // of the turn of a against b what is about the axis
         const Eigen::Quaterniond turned = frames.b.turn.conjugate() * frames.a.turn * c.turn;
@@ -95,7 +96,7 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
         row.value = 2 * std::atan2(turned.vec().dot(axis), turned.w()) - c.rest;
         constexpr double kWhole = 2 * std::numbers::pi;
         row.value += kWhole * std::round((known - row.value) / kWhole);
-        return row;
+        return;
     }
     row.point_a = frames.a.shift + frames.a.R * c.a.local;
     row.point_b = frames.b.shift + frames.b.R * c.b.local;
@@ -110,10 +111,9 @@ CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& c, 
     // turn is that of a's place at b. Two places would make a couple of the row's two forces.
     if (!c.along_line) row.point_a = row.point_b;
     find_arms(c, row);
-    return row;
 }
 
-CouplingRow row_between(const Coupling& c, const CouplingRow& start, CouplingRow row)
+void row_between(const Coupling& c, const CouplingRow& start, CouplingRow& row)
 {
     if (c.square) // a'.b' - a.b = (a' + a)/2 . (b' - b) + (b' + b)/2 . (a' - a)
         row.direction = 0.25 * c.arm * (start.axis_a + row.axis_a).cross(start.axis_b + row.axis_b);
@@ -127,7 +127,6 @@ CouplingRow row_between(const Coupling& c, const CouplingRow& start, CouplingRow
     for (std::size_t i = 0; i < row.poses.size(); ++i)
         row.poses[i] = pose_between(start.poses[i], row.poses[i]);
     find_arms(c, row);
-    return row;
 }
 
 SpringRow spring_row(const Coupling& c, const TimeRule& rule, double h,

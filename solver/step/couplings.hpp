@@ -90,15 +90,17 @@ struct JointFrames {
 
 /// @param known   a turn is the one that is nearest to this [rad]
 /// @param frames  of the row before, for rows in order: those of one joint are found once
-CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling, double known,
-                         JointFrames& frames);
+/// @param row     out; new, or one of the same coupling
+void find_row(const std::vector<BodyRef>& bodies, const Coupling& coupling, double known,
+              JointFrames& frames, CouplingRow& row);
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
                          double known = 0);
 
 /// The row by which forces act in a step, a discrete gradient between its start and its end:
 /// direction and places whose product with the motion of the bodies is exactly the change of the
 /// row's value (of turns to second order). Its value is that of the end.
-CouplingRow row_between(const Coupling& coupling, const CouplingRow& start, CouplingRow end);
+/// @param row  that of the end; becomes the one between
+void row_between(const Coupling& coupling, const CouplingRow& start, CouplingRow& row);
 
 /// A spring with damping as a row of a step of length h with this rule. Its force is the mean
 ///   F = -(k (end e' + past) + c (e' - e) / h),  e and e' its values before and after the step:
