@@ -47,6 +47,11 @@ public:
             ::dup2(nothing, 0);
             ::dup2(out[1], 1);
             ::dup2(err[1], 2);
+            if (job.most_cpu_seconds > 0) {
+                const auto most = static_cast<rlim_t>(job.most_cpu_seconds);
+                const rlimit limit{most, most + 1}; // SIGXCPU, then SIGKILL
+                ::setrlimit(RLIMIT_CPU, &limit);
+            }
             ::execv(program, arguments.data());
             ::_exit(127);
         }
@@ -118,6 +123,7 @@ public:
         result_.cpu_seconds = seconds(usage.ru_utime) + seconds(usage.ru_stime);
         if (WIFEXITED(status)) result_.exit_code = WEXITSTATUS(status);
         if (WIFSIGNALED(status)) result_.signal = WTERMSIG(status);
+        result_.out_of_time |= result_.signal == SIGXCPU;
         return true;
     }
     const ChildResult& result() const { return result_; }

@@ -15,6 +15,7 @@ struct ChildJob {
     std::vector<std::string> arguments; ///< after the program's name
     double most_seconds = 0;            ///< ended after this wall time [s]; 0: never
     std::string program = "";           ///< its path; "": this program
+    int most_cpu_seconds = 0;           ///< ended after this user and system time [s]; 0: never
 };
 
 /// How a child process ended, and its output.

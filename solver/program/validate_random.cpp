@@ -36,6 +36,8 @@ namespace fs = std::filesystem;
 namespace amontons {
 namespace {
 
+constexpr double kLongest = 20; ///< wall time over processor time, on a busy machine
+
 using validation::ProgramAnswer;
 using validation::SceneResult;
 using validation::SceneSuite;
@@ -104,7 +106,8 @@ void kill_after_steps(const validation::ProgramJob& job, const std::string& prog
     const Stopwatch watch;
     int status = 0;
     while (::waitpid(child, &status, WNOHANG) == 0) {
-        if (lines_of(job.history) > job.steps + 1 || watch.seconds() > job.most_seconds) {
+        if (lines_of(job.history) > job.steps + 1 ||
+            watch.seconds() > kLongest * job.most_cpu_seconds) {
             ::kill(child, SIGKILL);
             ::waitpid(child, &status, 0);
             return;
@@ -124,11 +127,12 @@ SceneResult try_here(const SceneSuite& suite, std::uint64_t seed, int number,
             kill_after_steps(job, program);
             return answer;
         }
-        run_children({{job.arguments, job.most_seconds, program}}, 1, never,
-                     [&](std::size_t, const ChildResult& r) {
-                         answer = {r.exit_code, r.signal,      r.out_of_time,
-                                   r.seconds,   r.cpu_seconds, last_line(r.errors)};
-                     });
+        run_children(
+            {{job.arguments, kLongest * job.most_cpu_seconds, program, job.most_cpu_seconds}}, 1,
+            never, [&](std::size_t, const ChildResult& r) {
+                answer = {r.exit_code, r.signal,      r.out_of_time,
+                          r.seconds,   r.cpu_seconds, last_line(r.errors)};
+            });
         return answer;
     };
     SceneResult result = validation::try_scene(suite, seed, number, folder, run);

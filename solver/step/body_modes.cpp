@@ -21,6 +21,8 @@ constexpr double kFinest = 1e-4;    // of the tolerance: where a finer solution 
 constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSameLoad = 1e-3;
 constexpr int kMostDrifts = 4;
+constexpr int kMostStalled = 10;
+constexpr char kMostFed = 3;
 constexpr double kSlow = 0.3;           // of the imbalance before
 constexpr double kSizeRounding = 1e-12; // of a body's size
 constexpr double kPushedAside = 1e-2;   // of the forces, that come of faces which deform
@@ -243,7 +245,8 @@ bool BodyStepper::solve_with_modes()
     Eigen::VectorXd load_before; // on the modes that were worst in the step before
     int drifts = 0;              // steps in which these did not change
     bool slow = false;
-    double worst_before = 0;
+    double worst_before = 0, halved = std::numeric_limits<double>::infinity();
+    int stalled = 0; // steps that have not halved the imbalance
     for (int step = 0; step < kMostModeSteps; ++step) {
         problem_.q = q;
         std::vector<Eigen::VectorXd> of_load(bodies());
@@ -354,7 +357,16 @@ bool BodyStepper::solve_with_modes()
                           (worst_motion - load_before).norm() <= kSameLoad * worst_motion.norm();
         drifts = same ? drifts + 1 : 0;
         load_before = worst_motion;
-        drifting_ = drifts >= kMostDrifts && may_feed_freely(worst_body) ? int(worst_body) : -1;
+        if (worst <= 0.5 * halved) {
+            halved = worst;
+            stalled = 0;
+        } else {
+            ++stalled;
+        }
+        drifting_ =
+            (drifts >= kMostDrifts || stalled >= kMostStalled) && may_feed_freely(worst_body)
+                ? int(worst_body)
+                : -1;
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
@@ -393,18 +405,20 @@ bool BodyStepper::is_free_to_slide(std::size_t b) const
 
 bool BodyStepper::may_feed_freely(std::size_t b) const
 {
-    return system_.refs[b].rigid && !modes_coupled_ && !feeds_freely_[b] && mode_scale_[b] > 0;
+    return system_.refs[b].rigid && !modes_coupled_ && feeds_freely_[b] < kMostFed &&
+           mode_scale_[b] > 0;
 }
 
-/// A rigid body that rolls in contact with an elastic body: the compliance of the contact is far
-/// smaller than the motion, and friction bounds the moment on it, so that multipliers of the
-/// elastic scale move it by nearly nothing each. Its modes take the scale of a body that touches
+/// A rigid body that rolls in contact with an elastic body, or slides before one: the compliance of
+/// the contact is far smaller than the motion, and friction bounds the forces on it, so that
+/// multipliers of the elastic scale move it by nearly nothing each. Its scale grows, by no more
+/// than is necessary, as digits are lost by it; in the end it is that of a body that touches
 /// nothing elastic.
 /// @return  whether there is such a body
 bool BodyStepper::feed_freely()
 {
     if (drifting_ < 0) return false;
-    feeds_freely_[std::size_t(drifting_)] = 1;
+    ++feeds_freely_[std::size_t(drifting_)];
     mode_scale_[std::size_t(drifting_)] = 0;
     drifting_ = -1;
     return true;

@@ -25,6 +25,8 @@ constexpr int kFinerRows = 1000; // of a dense W: the cost of a larger factor is
 constexpr int kNewtonSteps = 60; // and sweeps before them
 constexpr int kManyRows = 1500;  // of many bodies: factors of their W fill up
 constexpr int kMostRescales = 3;
+constexpr int kMostGrowths = 3; // of a mode's scale, before it takes that of a body alone
+constexpr double kScaleGrows = 30;
 constexpr int kMostGrowth = 40;   // of the set of candidates, in one iteration
 constexpr double kAstray = 1e3;   // sizes of a body that contact does not move it
 constexpr double kUnfelt = 1e-10; // share of a mode's size that is rounding of normals
@@ -206,8 +208,8 @@ void BodyStepper::assemble()
                 if (const double w = row_compliance[rows_.row[b][i]]; w > 0)
                     hold += B_[b].row(Eigen::Index(i)).squaredNorm() / w;
             s = hold > 0 ? kStressedModeWeight * double(R.cols()) / hold : 1;
-        } else if (elastic > 0 && rigid > 0 && !feeds_freely_[b]) {
-            s = mode_weight() * elastic / rigid;
+        } else if (elastic > 0 && rigid > 0 && feeds_freely_[b] < kMostGrowths) {
+            s = mode_weight() * elastic / rigid * std::pow(kScaleGrows, feeds_freely_[b]);
         } else if (!(s > 0)) {
             // Nothing elastic: any scale does. If loads moved a body by its own size, rounding of a
             // large one's motion would be all of the motion of a small one on it.

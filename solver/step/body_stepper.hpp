@@ -233,7 +233,7 @@ private:
     std::vector<Eigen::VectorXd> free_, mode_load_;
     std::vector<Eigen::MatrixXd> B_; ///< modes in the chosen rows
     std::vector<double> mode_scale_; ///< [m/N]
-    std::vector<char> feeds_freely_; ///< rigid bodies whose scale is none of what they touch
+    std::vector<char> feeds_freely_; ///< rigid bodies: how often their scale has grown in the step
     int drifting_ = -1;              ///< the body that has to become one, or -1
     bool unsolved_ = false;          ///< the last contact problem was
     bool modes_coupled_ = false;     ///< in place of it, for this step: see couple_modes()

@@ -19,7 +19,8 @@ namespace amontons::validation {
 namespace {
 
 constexpr int kDoneCode = 0, kBadInputCode = 2, kRefusedCode = 3;
-constexpr double kMostSeconds = 60; ///< of a run; scenes are made to take less than one
+constexpr int kMostSeconds =
+    60; ///< of processor time of a run; scenes are made to take less than one
 
 struct Attempt {
     ProgramAnswer answer;
@@ -76,7 +77,8 @@ public:
         const std::string law = label.empty() ? "" : label + ": ";
         if (a.answer.out_of_time)
             a.findings.push_back(
-                {law + "refused", fmt::format("no answer within {:g} s", kMostSeconds)});
+                {law + "refused",
+                 fmt::format("no answer within {} s of processor time", kMostSeconds)});
         else if (a.answer.signal != 0)
             a.findings.push_back(
                 {law + "crash", fmt::format("ended by signal {}", a.answer.signal)});

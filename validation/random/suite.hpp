@@ -20,7 +20,7 @@ struct ProgramAnswer {
 /// How the program that is tried is run.
 struct ProgramJob {
     std::vector<std::string> arguments;
-    double most_seconds = 0;  ///< it is killed then; 0: never
+    int most_cpu_seconds = 0; ///< it is killed after that much processor time
     std::string history = ""; ///< killed once this history.csv has `steps` steps; "": not
     int steps = 0;
 };
