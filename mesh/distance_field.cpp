@@ -39,6 +39,8 @@ constexpr double kFarthest = 1 << 22;   // cells from the origin: 2^20 bricks, 2
 constexpr double kLeastGradient = 1e-8; // below it the normal has no meaning
 constexpr double kSplineOff = 1;        // cells by which the spline may miss a kinked distance
 constexpr std::size_t kMostBlocks = 16384, kMostBricks = 49152; // 47 and 30 MB
+constexpr double kTrackCells = 6;           // bounds that are kept, along a cell of the grid
+constexpr std::size_t kTrackPlaces = 8192;  // of those, a power of two: 0.4 MB
 constexpr std::size_t kLeastShare = 4;      // bricks for which a thread is worth starting
 constexpr std::uint64_t kSampleVersion = 2; // changes with the formulas of samples
 constexpr double kUnbounded = -std::numeric_limits<double>::infinity();
@@ -237,6 +239,29 @@ struct DistanceField::Cache {
     std::vector<std::shared_ptr<const Block>> blocks;
     std::size_t oldest = 0; // of the blocks, once there are as many as are kept
 
+    /// The last bound of the source's distance in a small cell. What is pushed along a wall passes
+    /// the same cells again, and a point in Newton's method stays in one.
+    struct Bound {
+        Key cell{};
+        Vec3 x = Vec3::Zero();
+        double least = -1; // at x [m]; below 0: none
+    };
+    std::vector<Bound> bounds;
+
+    /// @param u  place in units of the grid
+    Bound& bound_at(const Vec3& u)
+    {
+        if (bounds.empty()) bounds.resize(kTrackPlaces);
+        const auto number = [&](int a) {
+            return static_cast<std::int32_t>(
+                std::floor(std::clamp(u[a] * kTrackCells, -double(1 << 30), double(1 << 30))));
+        };
+        const Key cell{number(0), number(1), number(2)};
+        Bound& found = bounds[BrickHash{}(cell) & (kTrackPlaces - 1)];
+        if (!(found.cell == cell)) found = {cell};
+        return found;
+    }
+
     /// Keeps a block, in place of the oldest where there are too many. @return  its number
     std::int32_t take(std::shared_ptr<const Block> block)
     {
@@ -380,9 +405,14 @@ double DistanceField::clearance(const Vec3& x, WallHint& hint) const
         hint.piece = found->second;
         return kUnbounded;
     }
-    std::int32_t near = hint.far;
-    const double least = shared_->source->clearance(x, near) - kSplineOff * spacing_;
-    hint.far = near;
+    Cache::Bound& last = cache_->bound_at(u);
+    if (last.least < 0) {
+        std::int32_t near = hint.far;
+        last.x = x;
+        last.least = std::max(shared_->source->clearance(x, near), 0.0);
+        hint.far = near;
+    }
+    const double least = last.least - (x - last.x).norm() - kSplineOff * spacing_;
     return least > 0 ? least : kUnbounded;
 }
 

@@ -15,6 +15,7 @@ using Distance = std::function<WallSample(const Vec3&)>;
 
 /// No limit here depends on bulges.
 constexpr Shallow kDepthsAlone{std::numeric_limits<double>::infinity()};
+constexpr std::size_t kFewTriangles = 64;
 constexpr int kRimPlaces = 48, kAxisPlaces = 17, kGoldenSteps = 30;
 
 /// Least of f on [low, high] around the best of some places, by the golden section.
@@ -178,6 +179,24 @@ std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pos
         Vec3 centre;
         double half;
     };
+    std::vector<std::int32_t> inside, touched;
+    // Few near that box are taken as they are: cubes would need as many distances.
+    BoundingBox own;
+    for (int k = 0; k < 8; ++k)
+        own.add(pose.turn.conjugate() *
+                (Vec3(k & 1 ? near.low[0] : near.high[0], k & 2 ? near.low[1] : near.high[1],
+                      k & 4 ? near.low[2] : near.high[2]) -
+                 pose.place));
+    if (own.low.isFinite().all() && own.high.isFinite().all()) {
+        shape.tree.visit(own, [&](std::int32_t t) {
+            if (inside.size() <= kFewTriangles) inside.push_back(t);
+        });
+        if (inside.size() <= kFewTriangles) {
+            std::sort(inside.begin(), inside.end());
+            return inside;
+        }
+        inside.clear();
+    }
     const std::vector<Vec3>& points = shape.mesh.points;
     Vec3 low = points.front(), high = low;
     for (const Vec3& p : points) {
@@ -188,7 +207,6 @@ std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pos
     // As small as some triangles are wide, on average.
     const double least = 4 * whole / std::sqrt(double(shape.mesh.triangles.size()));
     std::vector<Cube> cubes{{0.5 * (low + high), whole}};
-    std::vector<std::int32_t> inside, touched;
     while (!cubes.empty()) {
         const Cube c = cubes.back();
         cubes.pop_back();

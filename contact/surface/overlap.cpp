@@ -577,6 +577,34 @@ struct DeepestPlace {
     }
 };
 
+/// Distances at nodes, of which faces share most: the last ones are kept.
+class NodeSamples {
+public:
+    NodeSamples(const std::function<WallSample(const Vec3&)>& distance,
+                std::span<const Vec3> places)
+        : distance_(distance)
+        , places_(places)
+    {
+        node_.fill(-1);
+    }
+    const WallSample& at(std::int32_t node)
+    {
+        const std::size_t slot = std::size_t(node) % kKept;
+        if (node_[slot] != node) {
+            sample_[slot] = distance_(places_[std::size_t(node)]);
+            node_[slot] = node;
+        }
+        return sample_[slot];
+    }
+
+private:
+    static constexpr std::size_t kKept = 64;
+    const std::function<WallSample(const Vec3&)>& distance_;
+    std::span<const Vec3> places_;
+    std::array<std::int32_t, kKept> node_;
+    std::array<WallSample, kKept> sample_;
+};
+
 } // namespace
 
 double least_by_tangents(std::span<const Vec3> points, std::span<const WallSample> at)
@@ -611,6 +639,7 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
                    const Shallow& shallow, Inside inside)
 {
     const ExternalSurface& surface = a.facets.surface();
+    NodeSamples sampled{distance, a.places};
     for (const std::int32_t number : faces) {
         const auto f = std::size_t(number);
         const std::span<const std::int32_t> nodes = surface.face(f);
@@ -626,7 +655,7 @@ void overlap_spots(const PlacedSurface& a, const std::function<WallSample(const 
         double node_gap = std::numeric_limits<double>::infinity();
         std::array<WallSample, kMostSolidFaceNodes> at_node;
         for (std::size_t k = 0; k < nodes.size(); ++k) {
-            const WallSample& s = at_node[k] = distance(face.node[k]);
+            const WallSample& s = at_node[k] = sampled.at(nodes[k]);
             if (nodes.size() != 6 || k >= 3) node_gap = std::min(node_gap, s.distance);
             if (!deepest.is_deeper(s.distance)) continue;
             deepest.least = s.distance;

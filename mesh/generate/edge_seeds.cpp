@@ -35,25 +35,29 @@ struct EdgeSeeds::Cubes {
         return origin + size() * Vec3{1.0 * key.x, 1.0 * key.y, 1.0 * key.z};
     }
     /// Adds the points in the part of a cube that begins at `low` and is `cells` cells wide.
-    void collect(const Vec3& low, int cells, Cube& out) const
+    /// @param near  parts of the tubes there
+    void collect(const Vec3& low, int cells, const VesselParts& near, Cube& out) const
     {
         const Vec3 middle = low + Vec3::Constant(0.5 * cells * edge);
         const double reach = kSteepness * 0.5 * std::sqrt(3.0) * cells * edge;
-        const VesselShape::Junction at = shape.junction(middle);
+        const VesselShape::Junction at = shape.junction(middle, near);
         if (std::abs(at.value) > reach || at.apart > shape.blend_width() + 2 * reach) return;
         if (cells == kGroupCells) out.emplace_back();
         if (cells > 1) {
+            const VesselParts of_group =
+                cells == kGroupCells ? shape.parts_around(middle, reach + edge) : VesselParts{};
+            const VesselParts& parts = cells == kGroupCells ? of_group : near;
             const int half = cells / 2;
             for (int part = 0; part < 8; ++part)
                 collect(low + half * edge *
                                   Vec3{1.0 * (part >> 2), 1.0 * (part >> 1 & 1), 1.0 * (part & 1)},
-                        half, out);
+                        half, parts, out);
             if (cells == kGroupCells && out.back().point.empty()) out.pop_back();
             return;
         }
-        const Vec3 p = shape.project(middle);
+        const Vec3 p = shape.project(middle, near);
         if (!((p - middle).cwiseAbs().maxCoeff() <= kOverlap * edge)) return;
-        if (shape.junction(p).apart > shape.blend_width() + edge) return;
+        if (shape.junction(p, near).apart > shape.blend_width() + edge) return;
         Group& group = out.back();
         group.low = group.low.min(p.array());
         group.high = group.high.max(p.array());
@@ -65,7 +69,7 @@ struct EdgeSeeds::Cubes {
         const auto found = cubes
                                .try_emplace(key, std::function<Cube()>{[this, key] {
                                                 Cube made;
-                                                collect(corner(key), kCubeCells, made);
+                                                collect(corner(key), kCubeCells, {}, made);
                                                 return made;
                                             }})
                                .first;

@@ -21,12 +21,15 @@ constexpr double kInfinite = std::numeric_limits<double>::infinity();
 /// What is known around the points of a cube.
 struct VesselDistance::Near {
     Vec3 centre = Vec3::Zero();
-    double size = 0;                    // farthest of the points from the centre [m]
+    double size = 0;                // farthest of the points from the centre [m]
+    std::vector<std::size_t> tubes; // that have a part in the distance of one of the points
+    VesselParts parts;              // of those tubes; of all once a junction is searched for
+    bool all_parts = false;
+    VesselParts feet;                   // of what is as near as the wall, once they are requested
     std::vector<EdgeSeeds::Near> seeds; // that reach into a ball around the centre
     double reach = -1;                  // its radius [m]
-    std::vector<int>
-        piece;         // of each tube, inside which the points have their nearest points, or -1
-    VesselPieces feet; // the same of what is as near as the wall, once they are requested
+
+    const TubePart& part(std::size_t i) const { return parts.part[i]; }
 };
 
 namespace {
@@ -127,22 +130,24 @@ double VesselDistance::from_edge_(const Vec3& x, const Vec3& seed, double square
 void VesselDistance::find_feet_(Near& near, double f) const
 {
     if (near.feet.squared < 0)
-        near.feet = shape_.pieces_around(near.centre, kSteepest * std::abs(f) + 3 * near.size +
-                                                          shape_.blend_width());
+        near.feet = shape_.parts_around(near.centre, kSteepest * std::abs(f) + 3 * near.size +
+                                                         shape_.blend_width());
 }
 
 double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) const
 {
     find_feet_(near, value);
+    if (!near.all_parts) near.parts = shape_.parts_around(near.centre, near.size);
+    near.all_parts = true;
     // ---- Nearest points of single tubes
     const std::vector<VesselTube>& tubes = shape_.fast();
     const double k = shape_.blend_width();
     double least = kInfinite;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (shape_.upper_bound(i, x) <= -least) continue;
-        const double f = tubes[i].distance(x, near.piece[i]);
+        const double f = tubes[i].distance(x, near.part(i));
         if (!(std::abs(f) < least)) continue;
-        const Vec3 foot = x - f * tubes[i].normal(x, near.piece[i]);
+        const Vec3 foot = x - f * tubes[i].normal(x, near.part(i));
         bool on_wall = true;
         for (std::size_t j = 0; on_wall && j < tubes.size(); ++j)
             on_wall = j == i || shape_.upper_bound(j, foot) <= -k ||
@@ -171,7 +176,10 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
 
 double VesselDistance::distance(const Vec3& x) const
 {
-    Near near{x, 0, {}, -1, std::vector<int>(shape_.fast().size(), -1), {}};
+    Near near{x};
+    near.parts.part.resize(shape_.fast().size());
+    for (std::size_t i = 0; i < shape_.fast().size(); ++i)
+        near.tubes.push_back(i);
     return distance_(x, kInfinite, near);
 }
 
@@ -199,9 +207,9 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     const std::vector<VesselTube>& tubes = shape_.fast();
     const double k = shape_.blend_width();
     TwoLargest of_tubes;
-    for (std::size_t i = 0; i < tubes.size(); ++i)
+    for (const std::size_t i : near.tubes)
         if (!(shape_.upper_bound(i, x) < of_tubes.second))
-            of_tubes.take(i, tubes[i].distance(x, near.piece[i]));
+            of_tubes.take(i, tubes[i].distance(x, near.part(i)));
     const auto [best, f, second] = of_tubes;
     if (std::abs(f) > band) return f;
     if (second > f - k) {
@@ -212,8 +220,8 @@ double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
     find_feet_(near, f);
-    const Vec3 foot = x - f * tubes[best].normal(x, near.piece[best]);
-    for (std::size_t i = 0; i < tubes.size(); ++i) {
+    const Vec3 foot = x - f * tubes[best].normal(x, near.part(best));
+    for (const std::size_t i : near.tubes) {
         if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
         if (tubes[i].distance(foot, near.feet.of(i, foot)) > -k) return near_junction_(x, f, near);
     }
@@ -232,17 +240,21 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     const auto [best, f, second] = of_tubes;
     // Tubes with no more than that at the centre have no part in any point's distance: the reasons
     // of `distance_`, for all points of the cube at once.
-    const double others = std::min(f, -kSteepest * std::abs(f)) - shape_.blend_width() - 2 * reach;
+    const double others =
+        std::min(f, -kSteepest * std::abs(f)) - shape_.blend_width() - kSteepest * 2 * reach;
     const bool alone = second <= others;
-    Near near{centre, half.norm(), {}, -1, std::vector<int>(tubes.size(), -1), {}};
+    Near near{centre, half.norm()};
+    near.parts.part.resize(tubes.size());
     for (std::size_t i = 0; i < tubes.size(); ++i)
-        if (i == best || (!alone && shape_.upper_bound(i, centre) > others))
-            near.piece[i] = tubes[i].piece_around(centre, near.size);
+        if (i == best || (!alone && shape_.upper_bound(i, centre) > others)) {
+            near.tubes.push_back(i);
+            near.parts.part[i] = tubes[i].part_around(centre, near.size);
+        }
     for (int i = 0; i < n; ++i)
         for (int j = 0; j < n; ++j)
             for (int l = 0; l < n; ++l) {
                 const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * l};
-                *out++ = alone ? tubes[best].distance(x, near.piece[best])
+                *out++ = alone ? tubes[best].distance(x, near.part(best))
                                : distance_(x, kSampledBand * h, near);
             }
 }

@@ -49,15 +49,16 @@ VesselShape::Around VesselShape::around(const SweptTube& tube)
     return is_straight ? straight : ball;
 }
 
-VesselPieces VesselShape::pieces_around(const Vec3& centre, double radius) const
+VesselParts VesselShape::parts_around(const Vec3& centre, double radius) const
 {
-    VesselPieces p{centre, radius * radius};
+    VesselParts p{centre, radius * radius};
+    p.part.reserve(fast_.size());
     for (const VesselTube& tube : fast_)
-        p.piece.push_back(tube.piece_around(centre, radius));
+        p.part.push_back(tube.part_around(centre, radius));
     return p;
 }
 
-double VesselShape::value(const Vec3& x, const VesselPieces& near) const
+double VesselShape::value(const Vec3& x, const VesselParts& near) const
 {
     double f = fast_[0].distance(x, near.of(0, x));
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
@@ -70,7 +71,7 @@ double VesselShape::value(const Vec3& x, const VesselPieces& near) const
     return f;
 }
 
-ImplicitSample VesselShape::sample(const Vec3& x, const VesselPieces& near) const
+ImplicitSample VesselShape::sample(const Vec3& x, const VesselParts& near) const
 {
     ImplicitSample s = fast_[0].sample(x, near.of(0, x));
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
@@ -92,13 +93,13 @@ ImplicitSample VesselShape::sample(const Vec3& x, const VesselPieces& near) cons
     return s;
 }
 
-VesselShape::Junction VesselShape::junction(const Vec3& x) const
+VesselShape::Junction VesselShape::junction(const Vec3& x, const VesselParts& near) const
 {
     constexpr double kNone = -std::numeric_limits<double>::infinity();
     double first = kNone, second = kNone;
     for (std::size_t i = 0; i < tubes_.size(); ++i) {
         if (upper_bound(i, x) <= second) continue;
-        const double f = fast_[i].distance(x);
+        const double f = fast_[i].distance(x, near.of(i, x));
         second = std::max(second, std::min(first, f));
         first = std::max(first, f);
     }
@@ -106,11 +107,11 @@ VesselShape::Junction VesselShape::junction(const Vec3& x) const
     return {left > 0 ? first + left * left / (4 * width_) : first, first - second};
 }
 
-Vec3 VesselShape::project(const Vec3& x) const
+Vec3 VesselShape::project(const Vec3& x, const VesselParts& near) const
 {
     Vec3 p = x;
     for (int k = 0; k < kMostProjections; ++k) {
-        const ImplicitSample s = sample(p);
+        const ImplicitSample s = sample(p, near);
         const double steep = s.gradient.squaredNorm();
         if (!(steep > 0)) break;
         p -= s.value / steep * s.gradient;

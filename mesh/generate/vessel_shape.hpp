@@ -8,18 +8,18 @@
 
 namespace amontons {
 
-/// Of each tube of a vessel the piece inside which the points of a ball have their nearest points:
-/// what makes evaluations there quicker.
-struct VesselPieces {
+/// Of each tube of a vessel the part where the points of a ball have their nearest points: what
+/// makes evaluations there quicker.
+struct VesselParts {
     /// Of the ball [m].
     Vec3 centre = Vec3::Zero();
-    double squared = -1;         ///< of its radius [m^2]
-    std::vector<int> piece = {}; ///< numbers of VesselTube, or -1
+    double squared = -1; ///< of its radius [m^2]
+    std::vector<TubePart> part = {};
 
-    /// The one of tube i at x, or -1.
-    int of(std::size_t i, const Vec3& x) const
+    /// That of tube i at x.
+    TubePart of(std::size_t i, const Vec3& x) const
     {
-        return (x - centre).squaredNorm() <= squared ? piece[i] : -1;
+        return (x - centre).squaredNorm() <= squared ? part[i] : TubePart{};
     }
 };
 
@@ -35,12 +35,12 @@ public:
 
     /// Those of a ball.
     /// @param radius  of the ball [m]
-    VesselPieces pieces_around(const Vec3& centre, double radius) const;
+    VesselParts parts_around(const Vec3& centre, double radius) const;
 
     /// Signed distance at x [m].
-    double value(const Vec3& x, const VesselPieces& near = {}) const;
+    double value(const Vec3& x, const VesselParts& near = {}) const;
     /// Signed distance and its gradient at x.
-    ImplicitSample sample(const Vec3& x, const VesselPieces& near = {}) const;
+    ImplicitSample sample(const Vec3& x, const VesselParts& near = {}) const;
 
     /// How near to a joint of tubes a point is.
     struct Junction {
@@ -48,10 +48,10 @@ public:
         double apart = 0; ///< between those distances: joined below blend_width() [m]
     };
     /// The same at x.
-    Junction junction(const Vec3& x) const;
+    Junction junction(const Vec3& x, const VesselParts& near = {}) const;
 
     /// The point of the wall (value 0) that is found from x along the gradient [m].
-    Vec3 project(const Vec3& x) const;
+    Vec3 project(const Vec3& x, const VesselParts& near = {}) const;
 
     const std::vector<SweptTube>& tubes() const { return tubes_; }
     /// The same for many evaluations.

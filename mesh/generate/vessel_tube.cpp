@@ -63,11 +63,13 @@ double VesselTube::nearest_(const Piece& p, const Vec3& x, double beyond, double
     return (e - p.bend * (std::sin(theta) * p.a1 + std::cos(theta) * p.a2)).squaredNorm();
 }
 
-VesselTube::Foot VesselTube::foot_(const Vec3& x) const
+VesselTube::Foot VesselTube::foot_(const Vec3& x, const TubePart& part) const
 {
     Foot best;
     best.squared = std::numeric_limits<double>::infinity();
-    for (const Piece& p : pieces_) {
+    const int last = std::min(part.last, int(pieces_.size()) - 1);
+    for (int i = part.first; i <= last; ++i) {
+        const Piece& p = pieces_[std::size_t(i)];
         double u = 0;
         const double squared = nearest_(p, x, best.squared, u);
         if (squared < best.squared) best = {&p, u, squared, false};
@@ -87,26 +89,30 @@ VesselTube::Foot VesselTube::foot_inside_(const Piece& p, const Vec3& x)
     return {&p, p.bend * (theta < 0 ? theta + 2 * std::numbers::pi : theta), 0, false};
 }
 
-int VesselTube::piece_around(const Vec3& centre, double radius) const
+TubePart VesselTube::part_around(const Vec3& centre, double radius) const
 {
     constexpr double kFarther = 2 + 1e-6; // radii: that much farther none is the nearest anywhere
-    const Foot best = foot_(centre);
+    const Foot best = foot_(centre, {});
     const Piece& p = *best.piece;
+    TubePart part{int(&p - pieces_.data()), int(&p - pieces_.data())};
+    const double farthest = std::pow(std::sqrt(best.squared) + kFarther * radius, 2);
+    for (int i = 0; i < int(pieces_.size()); ++i) {
+        double u = 0;
+        if (i >= part.first && i <= part.last) continue;
+        if (!(nearest_(pieces_[std::size_t(i)], centre, farthest, u) < farthest)) continue;
+        part.first = std::min(part.first, i);
+        part.last = std::max(part.last, i);
+    }
+    if (part.first != part.last) return part;
     // How far the foot moves: on an arc more than the point, by its radius over the distance from
     // its axis.
     const Vec3 e = centre - p.a0;
     const double from_axis =
         p.bend == 0 ? 0 : std::sqrt(std::pow(e.dot(p.a1), 2) + std::pow(e.dot(p.a2), 2)) - radius;
-    if (p.bend > 0 && !(from_axis > kLeastFocal * p.bend + radius)) return -1;
+    if (p.bend > 0 && !(from_axis > kLeastFocal * p.bend + radius)) return part;
     const double moves = p.bend == 0 ? radius : 2 * radius * std::max(1.0, p.bend / from_axis);
-    if (!(best.u > moves && best.u < p.range - moves)) return -1;
-    for (const Piece& q : pieces_) {
-        if (&q == &p) continue;
-        double u = 0;
-        const double least = std::sqrt(best.squared) + kFarther * radius;
-        if (nearest_(q, centre, least * least, u) < least * least) return -1;
-    }
-    return int(&p - pieces_.data());
+    part.inside = best.u > moves && best.u < p.range - moves;
+    return part;
 }
 
 /// D of swept_tube.cpp: on an arc the distance from its axis over its radius.
@@ -154,18 +160,18 @@ Vec3 VesselTube::normal_inside_(const Piece& p, const Vec3& x) const
     return (slope * tangent - e / d) / std::sqrt(1 + slope * slope);
 }
 
-double VesselTube::distance(const Vec3& x) const
+double VesselTube::any_(const Vec3& x, const TubePart& part) const
 {
-    const Foot f = foot_(x);
+    const Foot f = foot_(x, part);
     const double gap = f.piece->radius + f.u * f.piece->slope - std::sqrt(f.squared);
     if (f.closed || f.piece->slope == 0) return gap;
     const double steep = f.piece->slope / focal_(*f.piece, x);
     return gap / std::sqrt(1 + steep * steep);
 }
 
-ImplicitSample VesselTube::sample(const Vec3& x, int piece) const
+ImplicitSample VesselTube::sample(const Vec3& x, const TubePart& part) const
 {
-    const Foot f = piece < 0 ? foot_(x) : foot_inside_(pieces_[std::size_t(piece)], x);
+    const Foot f = part.inside ? foot_inside_(pieces_[std::size_t(part.first)], x) : foot_(x, part);
     const Piece& p = *f.piece;
     const double radius = p.radius + f.u * p.slope, slope = p.slope;
     Vec3 c = p.a0, tangent = p.a1, bent = Vec3::Zero();
@@ -173,7 +179,7 @@ ImplicitSample VesselTube::sample(const Vec3& x, int piece) const
         c += f.u * p.a1;
     } else {
         double sine, cosine;
-        if (piece < 0) {
+        if (!part.inside) {
             sine = std::sin(f.u / p.bend);
             cosine = std::cos(f.u / p.bend);
         } else {

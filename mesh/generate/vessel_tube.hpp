@@ -2,6 +2,7 @@
 
 #include "mesh/centreline.hpp"
 
+#include <limits>
 #include <vector>
 
 namespace amontons {
@@ -13,6 +14,14 @@ struct ImplicitSample {
     Mat3 hessian = Mat3::Zero();  ///< [1/m]
 };
 
+/// The pieces of a tube among which are those nearest to the points of a ball.
+struct TubePart {
+    int first = 0, last = std::numeric_limits<int>::max(); ///< all, if nothing is known
+    /// It is one piece, and no nearest point is one of its ends: evaluations are then about ten
+    /// times as fast.
+    bool inside = false;
+};
+
 /// The free space inside a tube of straight pieces and arcs that half balls close: the function of
 /// SweptTube, without its search among many pieces and its derivatives of any curve. A vessel's
 /// samples are mostly that function.
@@ -21,26 +30,26 @@ public:
     /// @param line  of straight pieces and arcs
     explicit VesselTube(const Centreline& line);
 
+    /// The part that a ball's points are nearest to.
+    /// @param radius  of the ball [m]
+    TubePart part_around(const Vec3& centre, double radius) const;
+
     /// Signed distance at x [m].
-    double distance(const Vec3& x) const;
-    /// The same where the piece with the nearest point is known: about ten times as fast.
-    /// @param piece  of piece_around(); -1: any
-    double distance(const Vec3& x, int piece) const
+    /// @param part  of a ball around x; what is returned depends on it by rounding alone
+    double distance(const Vec3& x, const TubePart& part = {}) const
     {
-        return piece < 0 ? distance(x) : inside_(pieces_[std::size_t(piece)], x);
+        return part.inside ? inside_(pieces_[std::size_t(part.first)], x) : any_(x, part);
     }
     /// Its unit normal at x, into the free space.
-    /// @param piece  as of distance()
-    Vec3 normal(const Vec3& x, int piece) const
+    /// @param part  as of distance()
+    Vec3 normal(const Vec3& x, const TubePart& part) const
     {
-        return piece < 0 ? sample(x).gradient : normal_inside_(pieces_[std::size_t(piece)], x);
+        return part.inside ? normal_inside_(pieces_[std::size_t(part.first)], x)
+                           : sample(x, part).gradient;
     }
-    /// The piece inside which all points of a ball have their nearest point; -1: none.
-    /// @param radius  of the ball [m]
-    int piece_around(const Vec3& centre, double radius) const;
-    /// The same with its unit normal and Hessian.
-    /// @param piece  as of distance()
-    ImplicitSample sample(const Vec3& x, int piece = -1) const;
+    /// Distance, unit normal and Hessian.
+    /// @param part  as of distance()
+    ImplicitSample sample(const Vec3& x, const TubePart& part = {}) const;
 
 private:
     /// c(u) = a0 + u a1, or on an arc around a0 (u / bend from a2 towards a1).
@@ -56,7 +65,8 @@ private:
         bool closed = false; ///< on a ball that closes the tube
     };
     static double nearest_(const Piece& p, const Vec3& x, double beyond, double& u);
-    Foot foot_(const Vec3& x) const;
+    Foot foot_(const Vec3& x, const TubePart& part) const;
+    double any_(const Vec3& x, const TubePart& part) const;
     static Foot foot_inside_(const Piece& p, const Vec3& x);
     static double focal_(const Piece& p, const Vec3& x);
     static double inside_(const Piece& p, const Vec3& x);

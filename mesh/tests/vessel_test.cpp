@@ -414,23 +414,25 @@ TEST_CASE("a vessel's tube has the distance, normal and Hessian of the swept tub
     std::mt19937 random{3};
     std::uniform_real_distribution<double> uniform{-0.05, 0.15};
     double distance = 0, normal = 0, hessian = 0;
-    int known = 0;
+    int known = 0, left_out = 0;
     for (int k = 0; k < 20000; ++k) {
         const Vec3 x{uniform(random), 0.5 * uniform(random), uniform(random)};
         const double around = 0.002; // of a ball whose points have their nearest on one piece
-        const int piece = tube.piece_around(x + around * Vec3{0.6, -0.48, 0.64}, around);
-        known += piece >= 0;
-        distance = std::max(distance, std::abs(tube.distance(x, piece) - tube.distance(x)));
+        const TubePart part = tube.part_around(x + around * Vec3{0.6, -0.48, 0.64}, around);
+        known += part.inside;
+        left_out += !part.inside && part.last - part.first < 3;
+        distance = std::max(distance, std::abs(tube.distance(x, part) - tube.distance(x)));
         WallHint hint;
         const WallSample s = swept.sample(x, hint);
         const ImplicitSample t = tube.sample(x);
         distance = std::max(
             {distance, std::abs(t.value - s.distance), std::abs(tube.distance(x) - s.distance)});
         normal = std::max(
-            {normal, (t.gradient - s.normal).norm(), (tube.normal(x, piece) - s.normal).norm()});
+            {normal, (t.gradient - s.normal).norm(), (tube.normal(x, part) - s.normal).norm()});
         hessian = std::max(hessian, (t.hessian - s.hessian).norm() / (100 + s.hessian.norm()));
     }
     CHECK(known > 5000);
+    CHECK(left_out > 1000);
     CHECK(distance < 1e-14);
     CHECK(normal < 1e-9); // on the axis it may turn
     CHECK(hessian < 1e-9);
@@ -479,6 +481,14 @@ TEST_CASE("a vessel that nothing is near to is not sampled: a lower bound of the
         CHECK(least <= distance);
         free += distance > 0.003;
         known += least > 0.8 * distance;
+        // Beside a place that has been asked for, the bound may be that place's.
+        std::uniform_real_distribution<double> aside{-5e-5, 5e-5};
+        for (int j = 0; j < 5; ++j) {
+            const Vec3 beside = at + Vec3{aside(draw), aside(draw), aside(draw)};
+            const double bound = model.wall.clearance(beside, hint);
+            CHECK(bound <= sampled.wall.distance(beside, other));
+            if (least > 0.0005) CHECK(bound > least - 3e-4);
+        }
     }
     CHECK(free > 50);
     CHECK(known > 0.6 * free);
