@@ -21,31 +21,32 @@ void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
                                 std::vector<std::string>& messages)
 {
     SolidBody::make_ready(step, cache, messages);
-    touching_number_.assign(mesh_.nodes.size(), -1);
-    for (std::size_t k = 0; k < touching_.size(); ++k)
-        touching_number_[std::size_t(touching_[k])] = std::int32_t(k);
-    unknown_of_.assign(3 * touching_.size(), -1);
+    touching_number_.assign(model_.mesh.nodes.size(), -1);
+    for (std::size_t k = 0; k < unknowns_.touching.size(); ++k)
+        touching_number_[std::size_t(unknowns_.touching[k])] = std::int32_t(k);
+    unknown_of_.assign(3 * unknowns_.touching.size(), -1);
     free_touching_.clear();
-    for (std::size_t k = 0; k < touching_.size(); ++k)
+    for (std::size_t k = 0; k < unknowns_.touching.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
-            if (unknown_number_[3 * std::size_t(touching_[k]) + std::size_t(axis)] >= 0) {
+            if (unknowns_.number[3 * std::size_t(unknowns_.touching[k]) + std::size_t(axis)] >= 0) {
                 unknown_of_[3 * k + std::size_t(axis)] = std::int32_t(free_touching_.size());
                 free_touching_.push_back(std::int32_t(3 * k) + axis);
             }
-    const Eigen::Index modes = rigid_->R.cols();
-    modes_at_touching_.resize(at3(touching_.size()), modes);
-    for (std::size_t k = 0; k < touching_.size() && modes > 0; ++k)
-        modes_at_touching_.middleRows<3>(at3(k)) = rigid_->R.middleRows<3>(3 * touching_[k]);
-    free_modes_.resize(unknowns(), modes);
+    const Eigen::Index modes = unknowns_.rigid->R.cols();
+    modes_at_touching_.resize(at3(unknowns_.touching.size()), modes);
+    for (std::size_t k = 0; k < unknowns_.touching.size() && modes > 0; ++k)
+        modes_at_touching_.middleRows<3>(at3(k)) =
+            unknowns_.rigid->R.middleRows<3>(3 * unknowns_.touching[k]);
+    unknowns_.modes.resize(unknowns(), modes);
     for (std::size_t i = 0; i < free_touching_.size() && modes > 0; ++i)
-        free_modes_.row(Eigen::Index(i)) = modes_at_touching_.row(free_touching_[i]);
+        unknowns_.modes.row(Eigen::Index(i)) = modes_at_touching_.row(free_touching_[i]);
     make_parts();
     constexpr double kSolvesPerStep = 3;
-    if (matrix_->constant) matrix_->constant->expect(kSolvesPerStep * expected_steps_);
+    if (matrix_->constant) matrix_->constant->expect(kSolvesPerStep * solving_.expected_steps);
     const Eigen::Index n = Eigen::Index(parts_of_u_.size());
     if (amount_.size() == 0) {
         amount_ = loaded_ = held_force_ = Eigen::VectorXd::Zero(n);
-        on_touching_ = Eigen::VectorXd::Zero(at3(touching_.size()));
+        on_touching_ = Eigen::VectorXd::Zero(at3(unknowns_.touching.size()));
         mode_ = Eigen::VectorXd::Zero(modes);
         // What is prescribed at the start is part of the first places.
         for (Eigen::Index i = 0; i < n; ++i)
@@ -59,7 +60,7 @@ void CondensedSolid::make_ready(const StepInput& step, const std::string& cache,
 void CondensedSolid::make_parts()
 {
     parts_of_u_.clear();
-    const Eigen::Index size = at3(mesh_.nodes.size());
+    const Eigen::Index size = at3(model_.mesh.nodes.size());
 
     // ---- Loads, holds and weight as vectors
     const auto load = [&](std::size_t input, int axis, Eigen::VectorXd force) {
@@ -69,8 +70,8 @@ void CondensedSolid::make_parts()
         p.force = std::move(force);
         parts_of_u_.push_back(std::move(p));
     };
-    for (std::size_t i = 0; i < conditions_.loads.size(); ++i) {
-        const SolidConditions::Load& at = conditions_.loads[i];
+    for (std::size_t i = 0; i < model_.conditions.loads.size(); ++i) {
+        const SolidConditions::Load& at = model_.conditions.loads[i];
         const LoadInput& l = *at.input;
         if (at.pressure.size() > 0) load(i, -1, at.pressure);
         for (int axis = 0; axis < 3; ++axis) {
@@ -86,20 +87,20 @@ void CondensedSolid::make_parts()
             if (l.force) load(i, 3 + axis, f);
         }
     }
-    if (material_.density > 0 && !step_.gravity.isZero(0))
+    if (model_.material.density > 0 && !step_.gravity.isZero(0))
         for (int axis = 0; axis < 3; ++axis) {
             Eigen::VectorXd f = Eigen::VectorXd::Zero(size);
-            for (Eigen::Index i = 0; i < weights_->size(); ++i)
-                f[3 * i + axis] = (*weights_)[i];
-            load(input_.loads.size(), axis, f);
+            for (Eigen::Index i = 0; i < model_.weights->size(); ++i)
+                f[3 * i + axis] = (*model_.weights)[i];
+            load(model_.input.loads.size(), axis, f);
         }
-    for (std::size_t k = 0; k < input_.hold.size(); ++k)
+    for (std::size_t k = 0; k < model_.input.hold.size(); ++k)
         for (int axis = 0; axis < 3; ++axis) {
             Part p;
             p.prescribed = true;
             p.input = k;
             p.axis = axis;
-            for (const SolidConditions::Held& h : conditions_.held)
+            for (const SolidConditions::Held& h : model_.conditions.held)
                 if (h.hold == k && h.dof % 3 == axis) p.dofs.push_back(h.dof);
             if (!p.dofs.empty()) parts_of_u_.push_back(std::move(p));
         }
@@ -108,46 +109,46 @@ void CondensedSolid::make_parts()
     // What each does, everywhere; kept at the touching nodes and as products. After them, forces
     // that give the mean motion (A is symmetric), and turns of the holds, whose forces are
     // moments. All are solved for at once.
-    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = rigid_->R.cols(),
-                       turns = 3 * Eigen::Index(input_.hold.size());
+    const Eigen::Index n = Eigen::Index(parts_of_u_.size()), modes = unknowns_.rigid->R.cols(),
+                       turns = 3 * Eigen::Index(model_.input.hold.size());
     Eigen::MatrixXd U = Eigen::MatrixXd::Zero(size, n + modes + turns);
-    Eigen::MatrixXd free(Eigen::Index(dofs_.free.size()), n + modes + turns);
-    const std::vector<Vec3> centres = centres_of_holds({});
+    Eigen::MatrixXd free(Eigen::Index(unknowns_.dofs.free.size()), n + modes + turns);
+    const std::vector<Vec3> centres = centres_of_holds(model_, {});
     Eigen::MatrixXd held_turn = Eigen::MatrixXd::Zero(size, turns);
-    for (const SolidConditions::Held& h : conditions_.held)
+    for (const SolidConditions::Held& h : model_.conditions.held)
         for (int axis = 0; axis < 3; ++axis)
             held_turn(h.dof, 3 * Eigen::Index(h.hold) + axis) = Vec3::Unit(axis).cross(
-                mesh_.nodes[std::size_t(h.dof / 3)] - centres[h.hold])[h.dof % 3];
+                model_.mesh.nodes[std::size_t(h.dof / 3)] - centres[h.hold])[h.dof % 3];
     for (Eigen::Index j = 0; j < n + modes + turns; ++j) {
         Eigen::VectorXd f;
         if (j >= n + modes) {
             U.col(j) = held_turn.col(j - n - modes);
             f = -(matrix_->K * U.col(j));
         } else if (j >= n)
-            f = rigid_->R.col(j - n) / rigid_->R.col(j - n).squaredNorm();
+            f = unknowns_.rigid->R.col(j - n) / unknowns_.rigid->R.col(j - n).squaredNorm();
         else if (const Part& p = parts_of_u_[std::size_t(j)]; p.prescribed) {
             for (const std::int32_t dof : p.dofs)
                 U(dof, j) = 1;
             f = -(matrix_->K * U.col(j));
         } else
             f = p.force;
-        free.col(j) = free_part(f);
+        free.col(j) = free_part(unknowns_, f);
     }
-    solve_all(free);
+    solve_all(model_, unknowns_, *matrix_, border_, free);
     for (Eigen::Index j = 0; j < n + modes + turns; ++j)
-        for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-            U(dofs_.free[i], j) = free(Eigen::Index(i), j);
+        for (std::size_t i = 0; i < unknowns_.dofs.free.size(); ++i)
+            U(unknowns_.dofs.free[i], j) = free(Eigen::Index(i), j);
 
     // ---- Responses at touching nodes, and between the parts
     const auto at_touching = [&](Eigen::Index j) {
-        Eigen::VectorXd u(at3(touching_.size()));
-        for (std::size_t k = 0; k < touching_.size(); ++k)
-            u.segment<3>(at3(k)) = U.col(j).segment<3>(3 * touching_[k]);
+        Eigen::VectorXd u(at3(unknowns_.touching.size()));
+        for (std::size_t k = 0; k < unknowns_.touching.size(); ++k)
+            u.segment<3>(at3(k)) = U.col(j).segment<3>(3 * unknowns_.touching[k]);
         return u;
     };
     between_.resize(n, n);
     moment_of_part_.resize(turns, n);
-    moment_of_contact_.resize(at3(touching_.size()), turns);
+    moment_of_contact_.resize(at3(unknowns_.touching.size()), turns);
     for (Eigen::Index k = 0; k < turns; ++k)
         moment_of_contact_.col(k) = -at_touching(n + modes + k);
     for (Eigen::Index j = 0; j < n; ++j) {
@@ -157,8 +158,8 @@ void CondensedSolid::make_parts()
         moment_of_part_.col(j) = held_turn.transpose() * held;
         p.at_touching = at_touching(j);
         p.on_modes = Eigen::VectorXd::Zero(modes);
-        if (!p.prescribed && modes > 0) p.on_modes = rigid_->R.transpose() * p.force;
-        p.mean_motion = mean_motion(U.col(j));
+        if (!p.prescribed && modes > 0) p.on_modes = unknowns_.rigid->R.transpose() * p.force;
+        p.mean_motion = mean_motion(unknowns_, U.col(j));
         for (Eigen::Index i = 0; i < n; ++i) {
             const Part& by = parts_of_u_[std::size_t(i)];
             between_(i, j) = by.prescribed ? 0 : by.force.dot(U.col(j));
@@ -166,7 +167,7 @@ void CondensedSolid::make_parts()
                 between_(i, j) += held[dof];
         }
     }
-    mean_of_force_.resize(at3(touching_.size()), modes);
+    mean_of_force_.resize(at3(unknowns_.touching.size()), modes);
     for (Eigen::Index m = 0; m < modes; ++m)
         mean_of_force_.col(m) = at_touching(n + m);
 }
@@ -178,14 +179,14 @@ Eigen::VectorXd CondensedSolid::amounts(double t) const
         const Part& p = parts_of_u_[i];
         double value = 0;
         if (p.prescribed) {
-            const HoldInput& h = input_.hold[p.input];
+            const HoldInput& h = model_.input.hold[p.input];
             const CurvePoints* curve[] = {&h.x, &h.y, &h.z};
             const CurvePoints& own = *curve[p.axis];
             value = own.empty() ? 0 : curve_value(own, t);
-        } else if (p.input == input_.loads.size()) {
+        } else if (p.input == model_.input.loads.size()) {
             value = Vec3(now_.frame.turn.conjugate() * step_.gravity)[p.axis];
         } else {
-            const LoadInput& l = input_.loads[p.input];
+            const LoadInput& l = model_.input.loads[p.input];
             if (p.axis < 0) {
                 value = step_.load * curve_value(l.pressure, t);
             } else {
@@ -201,7 +202,7 @@ Eigen::VectorXd CondensedSolid::amounts(double t) const
 
 Eigen::VectorXd CondensedSolid::parts_at_touching(const Eigen::VectorXd& c) const
 {
-    Eigen::VectorXd u = Eigen::VectorXd::Zero(at3(touching_.size()));
+    Eigen::VectorXd u = Eigen::VectorXd::Zero(at3(unknowns_.touching.size()));
     for (std::size_t i = 0; i < parts_of_u_.size(); ++i)
         if (c[Eigen::Index(i)] != 0) u += c[Eigen::Index(i)] * parts_of_u_[i].at_touching;
     return u;
@@ -210,16 +211,17 @@ Eigen::VectorXd CondensedSolid::parts_at_touching(const Eigen::VectorXd& c) cons
 void CondensedSolid::place_touching(Motion& m)
 {
     const Mat3 R = m.frame.turn.toRotationMatrix();
-    for (const std::int32_t node : touching_)
+    for (const std::int32_t node : unknowns_.touching)
         m.x[std::size_t(node)] =
-            R * (mesh_.nodes[std::size_t(node)] + Vec3(m.u.segment<3>(3 * node))) + m.frame.shift;
+            R * (model_.mesh.nodes[std::size_t(node)] + Vec3(m.u.segment<3>(3 * node))) +
+            m.frame.shift;
 }
 
 void CondensedSolid::begin(const StepInput& step)
 {
     step_ = step;
-    now_.frame = frame_kind() == Frame::driven ? frame_at(step.end()) : state_.frame;
-    for (const std::int32_t node : touching_)
+    now_.frame = frame_kind() == SolidFrame::driven ? frame_at(step.end()) : state_.frame;
+    for (const std::int32_t node : unknowns_.touching)
         now_.u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);
     amount_now_ = amounts(step.end());
     on_touching_now_ = on_touching_;
@@ -228,10 +230,10 @@ void CondensedSolid::begin(const StepInput& step)
     rigid_work_ = 0;
     // Prescribed places are those of the end of the step.
     const Eigen::VectorXd u = parts_at_touching(amount_now_);
-    for (std::size_t k = 0; k < touching_.size(); ++k)
+    for (std::size_t k = 0; k < unknowns_.touching.size(); ++k)
         for (int axis = 0; axis < 3; ++axis)
             if (unknown_of_[3 * k + std::size_t(axis)] < 0) {
-                now_.u[3 * touching_[k] + axis] = u[at3(k) + axis];
+                now_.u[3 * unknowns_.touching[k] + axis] = u[at3(k) + axis];
                 on_touching_now_[at3(k) + axis] = 0; // until add_reaction()
             }
     place_touching(now_);
@@ -242,28 +244,30 @@ void CondensedSolid::begin_at(std::span<const Vec3> touching)
     const Eigen::VectorXd u = parts_at_touching(amount_now_);
     for (const std::int32_t k : free_touching_) {
         const auto node = std::size_t(k / 3);
-        now_.u[3 * touching_[node] + k % 3] = touching.empty() ? u[k] : touching[node][k % 3];
+        now_.u[3 * unknowns_.touching[node] + k % 3] =
+            touching.empty() ? u[k] : touching[node][k % 3];
     }
     place_touching(now_);
 }
 
 void CondensedSolid::linearise()
 {
-    if (frame_kind() == Frame::floating)
+    if (frame_kind() == SolidFrame::floating)
         amount_now_ = amounts(step_.end()); // loads turn against it
     Eigen::VectorXd u = parts_at_touching(amount_now_);
     if (mode_now_.size() > 0) u += modes_at_touching_ * mode_now_;
-    free_change_.resize(unknowns());
+    free_.change.resize(unknowns());
     for (std::size_t i = 0; i < free_touching_.size(); ++i) {
         const std::int32_t k = free_touching_[i];
-        free_change_[Eigen::Index(i)] = u[k] - now_.u[3 * touching_[std::size_t(k / 3)] + k % 3];
+        free_.change[Eigen::Index(i)] =
+            u[k] - now_.u[3 * unknowns_.touching[std::size_t(k / 3)] + k % 3];
     }
-    mode_load_ = load_on_modes(amount_now_);
+    free_.mode_load = load_on_modes(amount_now_);
 }
 
 Eigen::VectorXd CondensedSolid::load_on_modes(const Eigen::VectorXd& amounts) const
 {
-    Eigen::VectorXd load = Eigen::VectorXd::Zero(rigid_->R.cols());
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(unknowns_.rigid->R.cols());
     for (std::size_t i = 0; i < parts_of_u_.size() && load.size() > 0; ++i)
         load += amounts[Eigen::Index(i)] * parts_of_u_[i].on_modes;
     return load;
@@ -284,7 +288,7 @@ void CondensedSolid::add_column(const BodyPlace& at, const Vec3& direction, doub
 void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
 {
     if (!matrix_->constant) return SolidBody::compliance(C, W);
-    if (kept_W(C, W)) {
+    if (kept_W(*matrix_, kept_, C, W)) {
         ++same_columns_;
         return;
     }
@@ -294,23 +298,23 @@ void CondensedSolid::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     for (Eigen::Index j = 0; j < C.cols(); ++j)
         for (SparseColumns::InnerIterator at(C, j); at; ++at) {
             const std::int32_t k = free_touching_[std::size_t(at.row())];
-            const std::int32_t dof = 3 * touching_[std::size_t(k / 3)] + k % 3;
-            const std::int32_t free = dofs_.number[std::size_t(dof)];
+            const std::int32_t dof = 3 * unknowns_.touching[std::size_t(k / 3)] + k % 3;
+            const std::int32_t free = unknowns_.dofs.number[std::size_t(dof)];
             if (free >= 0) entries.emplace_back(free, int(j), at.value()); // else a pin
         }
-    SparseColumns whole(Eigen::Index(dofs_.free.size()), C.cols());
+    SparseColumns whole(Eigen::Index(unknowns_.dofs.free.size()), C.cols());
     whole.setFromTriplets(entries.begin(), entries.end());
     motions_.reset();
     // A run that continues counts as the one that was stopped.
-    same_columns_ = make_W(C, whole, W) ? same_columns_ + 1 : 0;
-    keep_W(C, W);
+    same_columns_ = make_W(*matrix_, kept_, C, whole, W) ? same_columns_ + 1 : 0;
+    keep_W(*matrix_, kept_, C, W);
 }
 
 /// A^-1 C, where that is fewer numbers than the columns of A^-1 that C takes; as soon as these are
 /// there.
 void CondensedSolid::make_motions(const SparseColumns& C)
 {
-    std::vector<char> acts(touching_.size(), 0);
+    std::vector<char> acts(unknowns_.touching.size(), 0);
     std::vector<Eigen::Triplet<double>> entries;
     entries.reserve(std::size_t(C.nonZeros()));
     for (Eigen::Index j = 0; j < C.cols(); ++j)
@@ -324,7 +328,7 @@ void CondensedSolid::make_motions(const SparseColumns& C)
         motions_.emplace();
         return;
     }
-    SparseColumns on_touching(at3(touching_.size()), C.cols());
+    SparseColumns on_touching(at3(unknowns_.touching.size()), C.cols());
     on_touching.setFromTriplets(entries.begin(), entries.end());
     Eigen::MatrixXd Y;
     if (!matrix_->constant->surface_displacements(on_touching, Y)) return;
@@ -335,7 +339,7 @@ void CondensedSolid::make_motions(const SparseColumns& C)
 
 Eigen::VectorXd CondensedSolid::solve(const SparseColumns& C, const Eigen::VectorXd& r)
 {
-    if (matrix_->constant && same_columns_ >= kSameColumns && C.cols() == last_columns_.cols() &&
+    if (matrix_->constant && same_columns_ >= kSameColumns && C.cols() == kept_.columns.cols() &&
         !motions_)
         make_motions(C);
     if (motions_ && motions_->cols() == C.cols() && C.cols() > 0) return *motions_ * r;
@@ -344,7 +348,7 @@ Eigen::VectorXd CondensedSolid::solve(const SparseColumns& C, const Eigen::Vecto
 
 Eigen::VectorXd CondensedSolid::solve(const Eigen::VectorXd& force)
 {
-    Eigen::VectorXd on_touching = Eigen::VectorXd::Zero(at3(touching_.size()));
+    Eigen::VectorXd on_touching = Eigen::VectorXd::Zero(at3(unknowns_.touching.size()));
     for (std::size_t i = 0; i < free_touching_.size(); ++i)
         on_touching[free_touching_[i]] = force[Eigen::Index(i)];
     const Eigen::VectorXd moved = matrix_->constant->surface_displacement(on_touching);
@@ -359,7 +363,7 @@ void CondensedSolid::update(const Eigen::VectorXd& y, const Eigen::VectorXd& mod
 {
     for (std::size_t i = 0; i < free_touching_.size(); ++i) {
         const std::int32_t k = free_touching_[i];
-        now_.u[3 * touching_[std::size_t(k / 3)] + k % 3] += y[Eigen::Index(i)];
+        now_.u[3 * unknowns_.touching[std::size_t(k / 3)] + k % 3] += y[Eigen::Index(i)];
         on_touching_now_[k] = force[Eigen::Index(i)];
     }
     if (mode.size() > 0) move_as_a_whole(mode);
@@ -381,12 +385,12 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
 {
     const Eigen::VectorXd mean = mean_with_pins(amount_now_, on_touching_now_);
     Eigen::VectorXd in_u; // what the modes' part of u changes by
-    if (frame_kind() == Frame::floating) {
+    if (frame_kind() == SolidFrame::floating) {
         in_u = -(mean + mode_now_);
         const Eigen::VectorXd motion = constrained_part(mode - in_u);
         // By the rule of the trapezoid.
-        rigid_work_ += 0.5 * (load_on_modes(amount_) + mode_load_).dot(motion);
-        move_frame(now_, motion);
+        rigid_work_ += 0.5 * (load_on_modes(amount_) + free_.mode_load).dot(motion);
+        move_frame(model_, unknowns_, now_, motion);
     } else {
         const Eigen::VectorXd by_pins = mean - mean_now_;
         in_u = constrained_part(mode + by_pins) - by_pins;
@@ -394,8 +398,8 @@ void CondensedSolid::move_as_a_whole(const Eigen::VectorXd& mode)
     mean_now_ = mean;
     mode_now_ += in_u;
     const Eigen::VectorXd moved = modes_at_touching_ * in_u;
-    for (std::size_t k = 0; k < touching_.size(); ++k)
-        now_.u.segment<3>(3 * touching_[k]) += moved.segment<3>(at3(k));
+    for (std::size_t k = 0; k < unknowns_.touching.size(); ++k)
+        now_.u.segment<3>(3 * unknowns_.touching[k]) += moved.segment<3>(at3(k));
 }
 
 /// By reciprocity what a hold needs against them, and the work of it, follow as of other nodes:
@@ -439,18 +443,18 @@ BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
         e.work += work;
         e.work_absolute += std::abs(work);
     }
-    Eigen::VectorXd rigid = Eigen::VectorXd::Zero(at3(touching_.size()));
+    Eigen::VectorXd rigid = Eigen::VectorXd::Zero(at3(unknowns_.touching.size()));
     if (mode_now_.size() > 0) rigid = modes_at_touching_ * mode_now_;
     double drive = 0;
     const Mat3 now = now_.frame.turn.toRotationMatrix(),
                before = state_.frame.turn.toRotationMatrix();
-    for (std::size_t k = 0; k < touching_.size(); ++k) {
+    for (std::size_t k = 0; k < unknowns_.touching.size(); ++k) {
         const Vec3 f = on_touching_now_.segment<3>(at3(k)), old = on_touching_.segment<3>(at3(k));
-        const Vec3 u = now_.u.segment<3>(3 * touching_[k]);
+        const Vec3 u = now_.u.segment<3>(3 * unknowns_.touching[k]);
         e.elastic += 0.5 * f.dot(u - rigid.segment<3>(at3(k)));
-        if (frame_kind() == Frame::driven && (!f.isZero(0) || !old.isZero(0))) {
+        if (frame_kind() == SolidFrame::driven && (!f.isZero(0) || !old.isZero(0))) {
             // What drives the frame balances the contacts on its way.
-            const Vec3 X = mesh_.nodes[std::size_t(touching_[k])] + u;
+            const Vec3 X = model_.mesh.nodes[std::size_t(unknowns_.touching[k])] + u;
             const Vec3 moved = now_.frame * X - state_.frame * X;
             drive -= 0.5 * (now * f + before * old).dot(moved);
         }
@@ -461,7 +465,7 @@ BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
     on_touching_ = on_touching_now_;
     mode_ = mode_now_;
     state_.frame = now_.frame;
-    for (const std::int32_t node : touching_) {
+    for (const std::int32_t node : unknowns_.touching) {
         state_.u.segment<3>(3 * node) = now_.u.segment<3>(3 * node);
         state_.x[std::size_t(node)] = now_.x[std::size_t(node)];
     }
@@ -471,7 +475,7 @@ BodyEnergy CondensedSolid::accept(const Eigen::VectorXd&)
 
 std::vector<Vec3> CondensedSolid::reactions() const
 {
-    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    std::vector<Vec3> sums(model_.input.hold.size(), Vec3::Zero());
     for (std::size_t i = 0; i < parts_of_u_.size(); ++i)
         if (parts_of_u_[i].prescribed)
             sums[parts_of_u_[i].input][parts_of_u_[i].axis] += held_force_[Eigen::Index(i)];
@@ -482,7 +486,7 @@ std::vector<Vec3> CondensedSolid::reactions() const
 
 std::vector<Vec3> CondensedSolid::moments() const
 {
-    std::vector<Vec3> sums(input_.hold.size(), Vec3::Zero());
+    std::vector<Vec3> sums(model_.input.hold.size(), Vec3::Zero());
     if (sums.empty() || moment_of_part_.cols() != amount_.size()) return sums;
     const Eigen::VectorXd all =
         moment_of_part_ * amount_ + moment_of_contact_.transpose() * on_touching_;
@@ -494,7 +498,7 @@ std::vector<Vec3> CondensedSolid::moments() const
 void CondensedSolid::complete()
 {
     if (complete_) return;
-    const Eigen::Index size = at3(mesh_.nodes.size());
+    const Eigen::Index size = at3(model_.mesh.nodes.size());
     Eigen::VectorXd f = Eigen::VectorXd::Zero(size), u = f;
     for (std::size_t i = 0; i < parts_of_u_.size(); ++i) {
         const Part& p = parts_of_u_[i];
@@ -503,18 +507,18 @@ void CondensedSolid::complete()
         for (const std::int32_t dof : p.dofs)
             u[dof] = c;
     }
-    for (std::size_t k = 0; k < touching_.size(); ++k)
-        f.segment<3>(3 * touching_[k]) += on_touching_.segment<3>(at3(k));
+    for (std::size_t k = 0; k < unknowns_.touching.size(); ++k)
+        f.segment<3>(3 * unknowns_.touching[k]) += on_touching_.segment<3>(at3(k));
     f -= matrix_->K * u;
-    Eigen::VectorXd free(Eigen::Index(dofs_.free.size()));
-    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-        free[Eigen::Index(i)] = f[dofs_.free[i]];
-    free = solved(free);
-    for (std::size_t i = 0; i < dofs_.free.size(); ++i)
-        u[dofs_.free[i]] = free[Eigen::Index(i)];
-    if (mode_.size() > 0) u += rigid_->R * mode_;
+    Eigen::VectorXd free(Eigen::Index(unknowns_.dofs.free.size()));
+    for (std::size_t i = 0; i < unknowns_.dofs.free.size(); ++i)
+        free[Eigen::Index(i)] = f[unknowns_.dofs.free[i]];
+    free = solved(model_, unknowns_, *matrix_, border_, free);
+    for (std::size_t i = 0; i < unknowns_.dofs.free.size(); ++i)
+        u[unknowns_.dofs.free[i]] = free[Eigen::Index(i)];
+    if (mode_.size() > 0) u += unknowns_.rigid->R * mode_;
     // Touching nodes keep the bits that the steps gave them.
-    for (const std::int32_t node : touching_)
+    for (const std::int32_t node : unknowns_.touching)
         u.segment<3>(3 * node) = state_.u.segment<3>(3 * node);
     state_.u = u;
     update_places(state_);
@@ -528,7 +532,7 @@ std::vector<double> CondensedSolid::state() const
     const auto add = [&](const auto& v) { s.insert(s.end(), v.data(), v.data() + v.size()); };
     add(state_.frame.turn.coeffs());
     add(state_.frame.shift);
-    for (const std::int32_t node : touching_)
+    for (const std::int32_t node : unknowns_.touching)
         add(Vec3(state_.u.segment<3>(3 * node)));
     add(amount_);
     add(on_touching_);
@@ -536,7 +540,7 @@ std::vector<double> CondensedSolid::state() const
     add(loaded_);
     add(held_force_);
     s.push_back(same_columns_);
-    const std::vector<double> columns = kept_columns();
+    const std::vector<double> columns = kept_columns(*matrix_, kept_, unknowns_);
     s.insert(s.end(), columns.begin(), columns.end());
     return s;
 }
@@ -545,7 +549,8 @@ std::vector<double> CondensedSolid::state() const
 std::vector<double> CondensedSolid::state_from(const Body& before) const
 {
     const auto* solid = dynamic_cast<const CondensedSolid*>(&before);
-    if (!solid || solid->touching_ != touching_ || solid->mesh_.nodes != mesh_.nodes ||
+    if (!solid || solid->unknowns_.touching != unknowns_.touching ||
+        solid->model_.mesh.nodes != model_.mesh.nodes ||
         solid->parts_of_u_.size() != parts_of_u_.size())
         return {};
     for (std::size_t i = 0; i < parts_of_u_.size(); ++i) {
@@ -565,7 +570,7 @@ void CondensedSolid::set_state(std::span<const double> s)
     };
     take(state_.frame.turn.coeffs());
     take(state_.frame.shift);
-    for (const std::int32_t node : touching_) {
+    for (const std::int32_t node : unknowns_.touching) {
         Vec3 u;
         take(u);
         state_.u.segment<3>(3 * node) = u;
@@ -576,7 +581,7 @@ void CondensedSolid::set_state(std::span<const double> s)
     take(loaded_);
     take(held_force_);
     same_columns_ = int(s[0]);
-    keep_columns(s.subspan(1));
+    keep_columns(*matrix_, kept_, s.subspan(1));
     motions_.reset();
     place_touching(state_);
     now_ = state_;

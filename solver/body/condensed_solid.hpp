@@ -35,7 +35,7 @@ public:
     std::vector<Vec3> moments() const override;
     void complete() override;
     bool condensed() const override { return true; }
-    bool independent_of_path() const override { return rigid_->R.cols() == 0; }
+    bool independent_of_path() const override { return unknowns_.rigid->R.cols() == 0; }
     void begin_at(std::span<const Vec3> touching) override;
     std::vector<double> state() const override;
     void set_state(std::span<const double> state) override;

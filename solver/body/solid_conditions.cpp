@@ -77,6 +77,14 @@ bool same_motion(const CurvePoints* a, const CurvePoints* b)
 
 } // namespace
 
+std::vector<std::int32_t> prescribed_dofs(const SolidConditions& conditions)
+{
+    std::vector<std::int32_t> all;
+    for (const SolidConditions::Held& h : conditions.held)
+        all.push_back(h.dof);
+    return all;
+}
+
 Eigen::VectorXd held_displacements(const SolidConditions& conditions, const VolumeMesh& mesh,
                                    double t)
 {

@@ -46,6 +46,8 @@ struct SolidConditions {
     std::vector<Issue> warnings; ///< of nodes that two holds take to different places
 };
 
+/// Degrees of freedom that are prescribed.
+std::vector<std::int32_t> prescribed_dofs(const SolidConditions& conditions);
 /// Displacement of each of `held` at a time, in the body's frame [m].
 Eigen::VectorXd held_displacements(const SolidConditions& conditions, const VolumeMesh& mesh,
                                    double t);

@@ -52,9 +52,23 @@ Eigen::VectorXd turned(const Mat3& R, const Eigen::VectorXd& f)
 
 } // namespace
 
-Vec3 SolidBody::centre(const std::vector<Vec3>& x) const
+Placement frame_at(const SolidModel& model, double t)
 {
-    const Eigen::VectorXd& lumped = *lumped_;
+    const Placement start = start_placement(model.input.start);
+    return model.input.drive.given ? driven_placement(model.input.drive, start, model.middle, t)
+                                   : start;
+}
+
+void place_nodes(const SolidModel& model, SolidMotion& m)
+{
+    const Mat3 R = m.frame.turn.toRotationMatrix();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.x[i] = R * (model.mesh.nodes[i] + Vec3(m.u.segment<3>(at3(i)))) + m.frame.shift;
+}
+
+Vec3 centre_of_mass(const SolidModel& model, const std::vector<Vec3>& x)
+{
+    const Eigen::VectorXd& lumped = *model.lumped;
     Vec3 sum = Vec3::Zero();
     double total = 0;
     for (std::size_t i = 0; i < x.size(); ++i) {
@@ -64,6 +78,68 @@ Vec3 SolidBody::centre(const std::vector<Vec3>& x) const
     return sum / total;
 }
 
+void into_frame_displacements(const SolidModel& model, SolidMotion& m)
+{
+    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
+    for (std::size_t i = 0; i < m.x.size(); ++i)
+        m.u.segment<3>(at3(i)) = back * (m.x[i] - m.frame.shift) - model.mesh.nodes[i];
+}
+
+void float_frame(const SolidModel& model, SolidMotion& m)
+{
+    const Vec3 X = centre_of_mass(model, model.mesh.nodes), x = centre_of_mass(model, m.x);
+    const Mat3 R = nearest_turn(model.mesh.nodes, m.x, X, x, *model.lumped);
+    m.frame.turn = Eigen::Quaterniond(R).normalized();
+    m.frame.shift = x - m.frame.turn * X;
+    into_frame_displacements(model, m);
+}
+
+Eigen::VectorXd into_frame(const SolidMotion& of, const Eigen::VectorXd& f)
+{
+    if (of.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
+    return turned(of.frame.turn.toRotationMatrix().transpose(), f);
+}
+
+Eigen::VectorXd into_space(const SolidMotion& of, const Eigen::VectorXd& f)
+{
+    if (of.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
+    return turned(of.frame.turn.toRotationMatrix(), f);
+}
+
+void move_frame(const SolidModel& model, const SolidUnknowns& unknowns, SolidMotion& m,
+                const Eigen::VectorXd& mode)
+{
+    const WholeMotion motion =
+        nearest_motion(model.mesh.nodes, model.middle, unknowns.rigid->R * mode);
+    const Eigen::Quaterniond turn = rotation(motion.turn);
+    // x = frame (turn (X + u - middle) + middle + shift)
+    m.frame.shift = m.frame * (model.middle + motion.shift - turn * model.middle);
+    m.frame.turn = (m.frame.turn * turn).normalized();
+}
+
+Vec3 mean_spin(const SolidModel& model, const SolidMotion& of)
+{
+    const Eigen::VectorXd& lumped = *model.lumped;
+    const Vec3 x = centre_of_mass(model, of.x);
+    Vec3 momentum = Vec3::Zero();
+    Mat3 inertia = Mat3::Zero();
+    for (std::size_t i = 0; i < of.x.size(); ++i) {
+        const Vec3 arm = of.x[i] - x;
+        const double m = lumped[at3(i)];
+        momentum += m * arm.cross(Vec3(of.v.segment<3>(at3(i))));
+        inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
+    }
+    return solve_symmetric(inertia, momentum);
+}
+
+std::string mode_name_of(const SolidModel& model, const SolidUnknowns& unknowns,
+                         const Eigen::VectorXd& a)
+{
+    const WholeMotion motion =
+        nearest_motion(model.mesh.nodes, model.middle, unknowns.rigid->R * a);
+    return name_of_motion(motion.shift, model.size * motion.turn);
+}
+
 void SolidBody::drive_to(const Placement& frame)
 {
     driven_to_ = frame;
@@ -71,32 +147,25 @@ void SolidBody::drive_to(const Placement& frame)
     place_in_frame(now_);
 }
 
-Placement SolidBody::frame_at(double t) const
-{
-    if (driven_to_) return *driven_to_;
-    const Placement start = start_placement(input_.start);
-    return input_.drive.given ? driven_placement(input_.drive, start, middle_, t) : start;
-}
-
 double SolidBody::prescribed_motion(double from, double to) const
 {
     Vec3 held = Vec3::Zero(); // along each axis
-    const Eigen::VectorXd moved =
-        held_displacements(conditions_, mesh_, to) - held_displacements(conditions_, mesh_, from);
-    for (std::size_t i = 0; i < conditions_.held.size(); ++i) {
-        double& most = held[conditions_.held[i].dof % 3];
+    const Eigen::VectorXd moved = held_displacements(model_.conditions, model_.mesh, to) -
+                                  held_displacements(model_.conditions, model_.mesh, from);
+    for (std::size_t i = 0; i < model_.conditions.held.size(); ++i) {
+        double& most = held[model_.conditions.held[i].dof % 3];
         most = std::max(most, std::abs(moved[Eigen::Index(i)]));
     }
-    if (!input_.drive.given) return held.norm();
+    if (!model_.input.drive.given) return held.norm();
     const Placement a = frame_at(from), b = frame_at(to);
-    return held.norm() + (b * middle_ - a * middle_).norm() +
+    return held.norm() + (b * model_.middle - a * model_.middle).norm() +
            a.turn.angularDistance(b.turn) * 2 * size_;
 }
 
 std::vector<Vec3> SolidBody::at_touching() const
 {
     std::vector<Vec3> u;
-    for (const std::int32_t node : touching_)
+    for (const std::int32_t node : unknowns_.touching)
         u.push_back(now_.u.segment<3>(3 * node));
     return u;
 }
@@ -106,79 +175,32 @@ SolidBody::Unstrained SolidBody::unstrained() const
     Unstrained whole{now_.frame, Vec3::Zero()};
     Vec3 sum = Vec3::Zero(), count = Vec3::Zero();
     // What is held where nothing touches is not kept in u.
-    const Eigen::VectorXd held = held_displacements(conditions_, mesh_, step_.end());
-    for (std::size_t i = 0; i < conditions_.held.size(); ++i) {
-        sum[conditions_.held[i].dof % 3] += held[Eigen::Index(i)];
-        count[conditions_.held[i].dof % 3] += 1;
+    const Eigen::VectorXd held = held_displacements(model_.conditions, model_.mesh, step_.end());
+    for (std::size_t i = 0; i < model_.conditions.held.size(); ++i) {
+        sum[model_.conditions.held[i].dof % 3] += held[Eigen::Index(i)];
+        count[model_.conditions.held[i].dof % 3] += 1;
     }
     for (int k = 0; k < 3; ++k)
         if (count[k] > 0) whole.shift[k] = sum[k] / count[k];
     // Only its own state determines where it would be. Of a condensed body only the places that
     // touch are known; its frame floats with it.
-    if (count.isZero(0) && !input_.drive.given && !condensed()) {
+    if (count.isZero(0) && !model_.input.drive.given && !condensed()) {
         Motion floating = now_;
-        float_frame(floating);
+        float_frame(model_, floating);
         whole.frame = floating.frame;
     }
     return whole;
 }
 
-void SolidBody::update_places(Motion& m)
-{
-    m.version = ++last_version_;
-    const Mat3 R = m.frame.turn.toRotationMatrix();
-    for (std::size_t i = 0; i < m.x.size(); ++i)
-        m.x[i] = R * (mesh_.nodes[i] + Vec3(m.u.segment<3>(at3(i)))) + m.frame.shift;
-}
-
-/// u from the places in the present frame.
-void SolidBody::into_frame_displacements(Motion& m) const
-{
-    const Mat3 back = m.frame.turn.toRotationMatrix().transpose();
-    for (std::size_t i = 0; i < m.x.size(); ++i)
-        m.u.segment<3>(at3(i)) = back * (m.x[i] - m.frame.shift) - mesh_.nodes[i];
-}
-
-void SolidBody::float_frame(Motion& m) const
-{
-    const Vec3 X = centre(mesh_.nodes), x = centre(m.x);
-    const Mat3 R = nearest_turn(mesh_.nodes, m.x, X, x, *lumped_);
-    m.frame.turn = Eigen::Quaterniond(R).normalized();
-    m.frame.shift = x - m.frame.turn * X;
-    into_frame_displacements(m);
-}
-
-Eigen::VectorXd SolidBody::into_frame(const Eigen::VectorXd& f) const
-{
-    if (now_.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
-    return turned(now_.frame.turn.toRotationMatrix().transpose(), f);
-}
-
-Eigen::VectorXd SolidBody::into_space(const Eigen::VectorXd& f) const
-{
-    if (now_.frame.turn.coeffs() == Eigen::Quaterniond::Identity().coeffs()) return f;
-    return turned(now_.frame.turn.toRotationMatrix(), f);
-}
-
-std::string SolidBody::mode_name(const Eigen::VectorXd& a) const
-{
-    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_->R * a);
-    return name_of_motion(motion.shift, size_ * motion.turn);
-}
-
 std::vector<std::string> SolidBody::free_motions() const
 {
     constexpr Eigen::Index kAll = 6; // their axes would be any
-    if (conditions_.held.empty() && rigid_->R.cols() == kAll) return {"every shift and turn"};
+    if (model_.conditions.held.empty() && unknowns_.rigid->R.cols() == kAll)
+        return {"every shift and turn"};
     std::vector<std::string> names;
-    for (Eigen::Index m = 0; m < rigid_->R.cols(); ++m)
-        names.push_back(mode_name(Eigen::VectorXd::Unit(rigid_->R.cols(), m)));
+    for (Eigen::Index m = 0; m < unknowns_.rigid->R.cols(); ++m)
+        names.push_back(mode_name(Eigen::VectorXd::Unit(unknowns_.rigid->R.cols(), m)));
     return names;
-}
-
-Eigen::VectorXd SolidBody::mean_motion(const Eigen::VectorXd& u) const
-{
-    return (rigid_->R.transpose() * u).cwiseQuotient(rigid_->R.colwise().squaredNorm().transpose());
 }
 
 Eigen::VectorXd SolidBody::constrained_part(const Eigen::VectorXd& mode) const
@@ -187,100 +209,11 @@ Eigen::VectorXd SolidBody::constrained_part(const Eigen::VectorXd& mode) const
     return mode - unconstrained_ * (unconstrained_.transpose() * mode);
 }
 
-void SolidBody::move_frame(Motion& m, const Eigen::VectorXd& mode) const
-{
-    const WholeMotion motion = nearest_motion(mesh_.nodes, middle_, rigid_->R * mode);
-    const Eigen::Quaterniond turn = rotation(motion.turn);
-    // x = frame (turn (X + u - middle) + middle + shift)
-    m.frame.shift = m.frame * (middle_ + motion.shift - turn * middle_);
-    m.frame.turn = (m.frame.turn * turn).normalized();
-}
-
-Eigen::VectorXd SolidBody::stiffness_times(const Eigen::VectorXd& u) const
-{
-    return symmetric_times(*pattern_, matrix_->K, u, threads_);
-}
-
-Eigen::VectorXd SolidBody::mass_times(const Eigen::VectorXd& v) const
-{
-    Eigen::VectorXd out(v.size());
-    Eigen::Map<Eigen::Matrix3Xd>(out.data(), 3, v.size() / 3).noalias() =
-        Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3) * *m_;
-    return out;
-}
-
 double SolidBody::kinetic_energy() const
 {
-    if (momentum_.size() == 0 && state_.v.isZero(0)) return 0; // the mass is not needed
+    if (at_state_.momentum.size() == 0 && state_.v.isZero(0)) return 0; // the mass is not needed
     const Eigen::VectorXd& p = momenta();
     return p.size() > 0 ? 0.5 * state_.v.dot(p) : 0;
-}
-
-/// The turn of the whole that has the velocities' angular momentum, by lumped masses.
-void SolidBody::find_spin()
-{
-    const Eigen::VectorXd& lumped = *lumped_;
-    const Vec3 x = centre(state_.x);
-    Vec3 momentum = Vec3::Zero();
-    Mat3 inertia = Mat3::Zero();
-    for (std::size_t i = 0; i < state_.x.size(); ++i) {
-        const Vec3 arm = state_.x[i] - x;
-        const double m = lumped[at3(i)];
-        momentum += m * arm.cross(Vec3(state_.v.segment<3>(at3(i))));
-        inertia += m * (arm.squaredNorm() * Mat3::Identity() - arm * arm.transpose());
-    }
-    spin_ = solve_symmetric(inertia, momentum);
-}
-
-/// The rules of time-stepping lose some angular momentum of a body that turns; what loads and
-/// contacts gave it is exact, and the difference is put back as a turn of the whole. All of it
-/// about the body's own centre: a load that passes there turns nothing, however fast the body
-/// flies.
-/// @param reached  momentum of the iterate's velocities
-/// @return  the energy that the turn brings [J]
-double SolidBody::keep_angular_momentum(const Eigen::VectorXd& load, const Eigen::VectorXd& reached)
-{
-    // Damping takes some, too: not that of rates of strain, whose forces have no moment.
-    if (input_.mass_damping > 0 || (input_.stiffness_damping > 0 && !corotational_)) return 0;
-    const double h = step_.h, end = step_.rule.end, theta = step_.rule.filtered ? 0.5 : end;
-    const auto sum = [](const Eigen::VectorXd& v) {
-        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3).rowwise().sum());
-    };
-    // The centre of the consistent mass: a turn about it has no momentum.
-    const double mass = weights_->sum();
-    const auto centre_of = [&](const std::vector<Vec3>& x) {
-        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(x.front().data(), 3, weights_->size()) *
-                    *weights_ / mass);
-    };
-    const Vec3 x0 = centre_of(state_.x), x1 = centre_of(now_.x);
-    const Eigen::VectorXd contact = into_space(contact_);
-    Eigen::VectorXd arms(now_.v.size());
-    Vec3 own = Vec3::Zero(), missing = Vec3::Zero(); // own: of contacts where the nodes move
-    for (std::size_t i = 0; i < now_.x.size(); ++i) {
-        const Vec3 arm = now_.x[i] - x1, before = state_.x[i] - x0;
-        missing += before.cross(Vec3(momentum_.segment<3>(at3(i)))) +
-                   ((1 - theta) * before + theta * arm).cross(h * Vec3(load.segment<3>(at3(i)))) -
-                   arm.cross(Vec3(reached.segment<3>(at3(i))));
-        own += arm.cross(Vec3(contact.segment<3>(at3(i))));
-        arms.segment<3>(at3(i)) = arm;
-    }
-    // As a rigid body: the centre continues to x1 with a share of the end velocity, whose momentum
-    // has no moment about it.
-    const Vec3 passed = x1 - h * end / mass * sum(reached);
-    missing += contact_moment_ ? Vec3(*contact_moment_ - passed.cross(sum(contact))) : own;
-    const Eigen::VectorXd weighted = mass_times(arms);
-    Mat3 S = Mat3::Zero();
-    Vec3 momentum = Vec3::Zero();
-    for (std::size_t i = 0; i < now_.x.size(); ++i) {
-        const Vec3 arm = arms.segment<3>(at3(i));
-        S += arm * weighted.segment<3>(at3(i)).transpose();
-        momentum += arm.cross(Vec3(reached.segment<3>(at3(i))));
-    }
-    const Mat3 inertia = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
-    const Vec3 spin = inertia.inverse() * missing;
-    for (std::size_t i = 0; i < now_.x.size(); ++i)
-        now_.v.segment<3>(at3(i)) += spin.cross(Vec3(arms.segment<3>(at3(i))));
-    return spin.dot(momentum + 0.5 * missing);
 }
 
 std::vector<double> SolidBody::velocities() const
@@ -292,8 +225,8 @@ void SolidBody::swap_velocities(std::vector<double>& velocities)
 {
     velocities.resize(std::size_t(state_.v.size()));
     std::ranges::swap_ranges(velocities, std::span(state_.v.data(), velocities.size()));
-    if (material_.density > 0) momentum_ = mass_times(state_.v);
-    spin_.reset();
+    if (model_.material.density > 0) at_state_.momentum = mass_times(model_, state_.v);
+    at_state_.spin.reset();
 }
 
 double SolidBody::speed() const

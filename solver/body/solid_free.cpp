@@ -1,6 +1,6 @@
 #include "mesh/base/dense.hpp"
 #include "solver/body/node_index.hpp"
-#include "solver/body/solid_body.hpp"
+#include "solver/body/solid_matrix.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -49,61 +49,64 @@ std::vector<std::int32_t> spread_nodes(const VolumeMesh& mesh, std::span<const s
 
 } // namespace
 
-/// Adds the springs to the matrix, each as stiff as its node at rest.
-void SolidBody::support_body(SparseMatrix& S)
+void support_body(const SolidModel& model, const SolidUnknowns& unknowns, const SolidMatrix& matrix,
+                  const SparseColumns& stabilised, ContactBorder& border, SparseMatrix& S)
 {
-    if (springs_.empty()) {
+    if (border.springs.empty()) {
         std::vector<std::int32_t> nodes;
-        for (const std::int32_t dof : dofs_.free)
+        for (const std::int32_t dof : unknowns.dofs.free)
             if (nodes.empty() || nodes.back() != dof / 3) nodes.push_back(dof / 3);
-        springs_ = spread_nodes(mesh_, nodes);
+        border.springs = spread_nodes(model.mesh, nodes);
     }
     std::vector<Eigen::Triplet<double>> entries;
     int column = 0;
-    for (const std::int32_t node : springs_)
+    for (const std::int32_t node : border.springs)
         for (Eigen::Index dof = 3 * node; dof < 3 * node + 3; ++dof) {
-            const std::int32_t number = dofs_.number[std::size_t(dof)];
+            const std::int32_t number = unknowns.dofs.number[std::size_t(dof)];
             if (number < 0) continue;
-            const double size = matrix_->K.coeff(dof, dof);
+            const double size = matrix.K.coeff(dof, dof);
             S.coeffRef(dof, dof) += size;
             entries.emplace_back(number, column++, std::sqrt(size));
         }
-    const int leaned = shift_ != 0 ? int(stabilised_.cols()) : 0;
-    for (int j = 0; j < leaned; ++j, ++column)
-        for (SparseColumns::InnerIterator it(stabilised_, j); it; ++it)
+    for (int j = 0; j < int(stabilised.cols()); ++j, ++column)
+        for (SparseColumns::InnerIterator it(stabilised, j); it; ++it)
             entries.emplace_back(it.row(), column, it.value());
-    held_up_.resize(Eigen::Index(dofs_.free.size()), column);
-    held_up_.setFromTriplets(entries.begin(), entries.end());
+    border.held_up.resize(Eigen::Index(unknowns.dofs.free.size()), column);
+    border.held_up.setFromTriplets(entries.begin(), entries.end());
 }
 
-/// X and T of the factor as it is.
-void SolidBody::find_border()
+void find_border(const SolidModel& model, const SolidUnknowns& unknowns, const SolidMatrix& matrix,
+                 ContactBorder& border)
 {
-    const Eigen::Index held = held_up_.cols(), modes = rigid_->R.cols();
-    const double size = std::sqrt(stiffest_ / double(mesh_.nodes.size()));
-    Eigen::MatrixXd Z(held_up_.rows(), held + modes);
-    Z.leftCols(held) = held_up_;
+    const Eigen::Index held = border.held_up.cols(), modes = unknowns.rigid->R.cols();
+    const double size = std::sqrt(matrix.stiffest / double(model.mesh.nodes.size()));
+    Eigen::MatrixXd Z(border.held_up.rows(), held + modes);
+    Z.leftCols(held) = border.held_up;
     for (Eigen::Index m = 0; m < modes; ++m)
-        Z.col(held + m) = size * free_part(rigid_->R.col(m));
-    border_ = Z;
-    matrix_->factor.solve(border_);
-    Eigen::MatrixXd T = -Z.transpose() * border_;
+        Z.col(held + m) = size * free_part(unknowns, unknowns.rigid->R.col(m));
+    border.X = Z;
+    matrix.factor.solve(border.X);
+    Eigen::MatrixXd T = -Z.transpose() * border.X;
     T.diagonal().head(held).array() += 1;
     T = (0.5 * (T + T.transpose())).eval();
-    border_matrix_ = LuFactor(T).inverse();
-    border_negative_ = int((symmetric_eigenvalues(T).array() < 0).count() - modes);
+    border.T_inverse = LuFactor(T).inverse();
+    border.negative = int((symmetric_eigenvalues(T).array() < 0).count() - modes);
 }
 
-/// R' = R - P K R, and S = (K R)^T R'.
-void SolidBody::bend_modes()
+void bend_modes(const SolidModel& model, const SolidMatrix& matrix, SolidUnknowns& unknowns,
+                ContactBorder& border)
 {
-    mode_stiffness_.resize(free_modes_.cols(), free_modes_.cols());
-    for (Eigen::Index m = 0; m < free_modes_.cols(); ++m) {
-        free_modes_.col(m) = free_part(rigid_->R.col(m)) - solved(free_part(turning_.col(m)));
-        for (Eigen::Index l = 0; l < free_modes_.cols(); ++l)
-            mode_stiffness_(l, m) = free_part(turning_.col(l)).dot(free_modes_.col(m));
+    border.mode_stiffness.resize(unknowns.modes.cols(), unknowns.modes.cols());
+    for (Eigen::Index m = 0; m < unknowns.modes.cols(); ++m) {
+        unknowns.modes.col(m) =
+            free_part(unknowns, unknowns.rigid->R.col(m)) -
+            solved(model, unknowns, matrix, border, free_part(unknowns, border.turning.col(m)));
+        for (Eigen::Index l = 0; l < unknowns.modes.cols(); ++l)
+            border.mode_stiffness(l, m) =
+                free_part(unknowns, border.turning.col(l)).dot(unknowns.modes.col(m));
     }
-    mode_stiffness_ = (0.5 * (mode_stiffness_ + mode_stiffness_.transpose())).eval();
+    border.mode_stiffness =
+        (0.5 * (border.mode_stiffness + border.mode_stiffness.transpose())).eval();
 }
 
 } // namespace amontons

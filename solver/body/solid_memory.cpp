@@ -1,109 +1,104 @@
-#include "solver/body/solid_body.hpp"
+#include "solver/body/solid_memory.hpp"
+#include "solver/body/node_index.hpp"
 
-// The generalised-alpha rule of a solid: what it carries from step to step, in space.
+#include <Eigen/LU>
 
 namespace amontons {
 
-Eigen::VectorXd SolidBody::damping_forces(const Motion& m) const
+void begin_memory(const Eigen::VectorXd& velocity, const Eigen::VectorXd& elastic,
+                  const Eigen::VectorXd& inner, const Eigen::VectorXd& load, SolidMemory& memory)
 {
-    Eigen::VectorXd f = Eigen::VectorXd::Zero(m.v.size());
-    if (input_.mass_damping > 0) f += input_.mass_damping * into_frame(mass_times(m.v));
-    if (input_.stiffness_damping > 0)
-        f += input_.stiffness_damping * rate_forces(into_frame(m.v));
-    return f;
+    memory = {true, elastic, inner, load, velocity, inner, load};
 }
 
-Eigen::VectorXd SolidBody::rate_forces(const Eigen::VectorXd& v) const
+PastShares past_shares(const TimeRule& rule, const SolidMemory& memory,
+                       const Eigen::VectorXd& velocity)
 {
-    if (!corotational_) return stiffness_times(v);
-    Eigen::VectorXd f = Eigen::VectorXd::Zero(v.size());
-    ElementVector of_element, forces;
-    for_each_element(mesh_, [&](std::int32_t e, ElementKind, std::span<const std::int32_t> nodes) {
-        of_element.resize(3 * Eigen::Index(nodes.size()));
-        for (std::size_t i = 0; i < nodes.size(); ++i)
-            of_element.segment<3>(3 * Eigen::Index(i)) = v.segment<3>(3 * nodes[i]);
-        corotational_rate_forces(elements_[std::size_t(e)], element_states_[std::size_t(e)],
-                                 of_element, forces);
-        for (std::size_t i = 0; i < nodes.size(); ++i)
-            f.segment<3>(3 * nodes[i]) += forces.segment<3>(3 * Eigen::Index(i));
-    });
-    return f;
+    PastShares past;
+    past.velocity = rule.past(velocity, memory.filtered_velocity);
+    past.inner = rule.past(memory.inner, memory.filtered_inner);
+    past.load = rule.past(memory.load, memory.filtered_load);
+    return past;
 }
 
-/// As they are kept with the state.
-std::array<Eigen::VectorXd*, 6> SolidBody::carried_on()
-{
-    Memory& m = memory_;
-    return {&m.elastic,           &m.inner,          &m.load,
-            &m.filtered_velocity, &m.filtered_inner, &m.filtered_load};
-}
-
-/// Forces at the state, which are those of now_ too; at the first step also what is carried.
-void SolidBody::begin_memory()
-{
-    if (!memory_.begun) {
-        Eigen::VectorXd elastic;
-        inner_forces(now_, elastic);
-        memory_.elastic = into_space(elastic);
-        memory_.inner = into_space(elastic + damping_forces(now_));
-        memory_.load = into_space(loads(now_, step_.start));
-        memory_.filtered_velocity = state_.v;
-        memory_.filtered_inner = memory_.inner;
-        memory_.filtered_load = memory_.load;
-        memory_.begun = true;
-    }
-    past_velocity_ = step_.rule.past(state_.v, memory_.filtered_velocity);
-    past_inner_ = step_.rule.past(memory_.inner, memory_.filtered_inner);
-    past_load_ = step_.rule.past(memory_.load, memory_.filtered_load);
-}
-
-Eigen::VectorXd SolidBody::filtered_residual(Eigen::VectorXd& scale)
-{
-    Eigen::VectorXd inner;
-    inner_forces(now_, inner);
-    last_elastic_ = into_space(inner);
-    inner = step_.rule.end * (inner + damping_forces(now_)) + into_frame(past_inner_);
-    last_inner_ = into_space(inner);
-    last_load_ = step_.rule.end * loads(now_, step_.end()) + into_frame(past_load_);
-    const Eigen::VectorXd momentum = into_frame(mass_times(now_.v - state_.v));
-    scale = momentum.cwiseAbs() + step_.h * (last_load_.cwiseAbs() + inner.cwiseAbs());
-    return step_.h * (last_load_ - inner) - momentum;
-}
-
-/// What the rule and the damping take: the work of the mean inner forces and of the mean change of
-/// momentum, less what energy they store.
-/// @param momentum  of now_
-double SolidBody::filtered_loss(const Eigen::VectorXd& momentum) const
+double filtered_loss(const SolidMotion& state, const SolidMotion& now, double h,
+                     const LastForces& last, const SolidMemory& memory,
+                     const Eigen::VectorXd& start_momentum, const Eigen::VectorXd& momentum)
 {
     double loss = 0;
-    for (std::size_t i = 0; i < now_.x.size(); ++i) {
-        const Eigen::Index at = 3 * Eigen::Index(i);
-        const Vec3 moved = now_.x[i] - state_.x[i];
-        const Vec3 faster =
-            moved / step_.h - 0.5 * Vec3(now_.v.segment<3>(at) + state_.v.segment<3>(at));
-        loss += faster.dot(Vec3(momentum.segment<3>(at) - momenta().segment<3>(at)));
-        loss +=
-            moved.dot(Vec3(last_inner_.segment<3>(at) -
-                           0.5 * (last_elastic_.segment<3>(at) + memory_.elastic.segment<3>(at))));
+    for (std::size_t i = 0; i < now.x.size(); ++i) {
+        const Eigen::Index at = at3(i);
+        const Vec3 moved = now.x[i] - state.x[i];
+        const Vec3 faster = moved / h - 0.5 * Vec3(now.v.segment<3>(at) + state.v.segment<3>(at));
+        loss += faster.dot(Vec3(momentum.segment<3>(at) - start_momentum.segment<3>(at)));
+        loss += moved.dot(Vec3(last.inner.segment<3>(at) - 0.5 * (last.elastic.segment<3>(at) +
+                                                                  memory.elastic.segment<3>(at))));
     }
     return loss;
 }
 
-/// Carries on to the end of the step.
-/// @param start_velocity  of the state that the step began with
-/// @param elastic         forces of the material at the end, in the frame
-void SolidBody::end_memory(const Eigen::VectorXd& start_velocity, const Eigen::VectorXd& elastic)
+void end_memory(const TimeRule& rule, const Eigen::VectorXd& start_velocity,
+                const Eigen::VectorXd& velocity, const Eigen::VectorXd& elastic,
+                const Eigen::VectorXd& inner, const Eigen::VectorXd& load, SolidMemory& memory)
 {
-    const TimeRule& rule = step_.rule;
-    const Eigen::VectorXd inner = into_space(elastic + damping_forces(now_)),
-                          load = into_space(loads(now_, step_.end()));
-    Memory& m = memory_;
-    m.filtered_velocity = rule.next(now_.v, start_velocity, m.filtered_velocity);
-    m.filtered_inner = rule.next(inner, m.inner, m.filtered_inner);
-    m.filtered_load = rule.next(load, m.load, m.filtered_load);
-    m.elastic = into_space(elastic);
-    m.inner = inner;
-    m.load = load;
+    memory.filtered_velocity = rule.next(velocity, start_velocity, memory.filtered_velocity);
+    memory.filtered_inner = rule.next(inner, memory.inner, memory.filtered_inner);
+    memory.filtered_load = rule.next(load, memory.load, memory.filtered_load);
+    memory.elastic = elastic;
+    memory.inner = inner;
+    memory.load = load;
+}
+
+// All of it about the body's own centre: a load that passes there turns nothing, however fast the
+// body flies.
+double keep_angular_momentum(const SolidModel& model, const StepInput& step,
+                             const SolidMotion& state, const SolidStateForces& at_state,
+                             const SolidContactForces& contact,
+                             const std::optional<Vec3>& contact_moment, const Eigen::VectorXd& load,
+                             const Eigen::VectorXd& reached, SolidMotion& now)
+{
+    // Damping takes some, too: not that of rates of strain, whose forces have no moment.
+    if (model.input.mass_damping > 0 || (model.input.stiffness_damping > 0 && !model.corotational))
+        return 0;
+    const double h = step.h, end = step.rule.end, theta = step.rule.filtered ? 0.5 : end;
+    const auto sum = [](const Eigen::VectorXd& v) {
+        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(v.data(), 3, v.size() / 3).rowwise().sum());
+    };
+    // The centre of the consistent mass: a turn about it has no momentum.
+    const double mass = model.weights->sum();
+    const auto centre_of = [&](const std::vector<Vec3>& x) {
+        return Vec3(Eigen::Map<const Eigen::Matrix3Xd>(x.front().data(), 3, model.weights->size()) *
+                    *model.weights / mass);
+    };
+    const Vec3 x0 = centre_of(state.x), x1 = centre_of(now.x);
+    const Eigen::VectorXd pushed = into_space(now, contact.on_unknowns);
+    Eigen::VectorXd arms(now.v.size());
+    Vec3 own = Vec3::Zero(), missing = Vec3::Zero(); // own: of contacts where the nodes move
+    for (std::size_t i = 0; i < now.x.size(); ++i) {
+        const Vec3 arm = now.x[i] - x1, before = state.x[i] - x0;
+        missing += before.cross(Vec3(at_state.momentum.segment<3>(at3(i)))) +
+                   ((1 - theta) * before + theta * arm).cross(h * Vec3(load.segment<3>(at3(i)))) -
+                   arm.cross(Vec3(reached.segment<3>(at3(i))));
+        own += arm.cross(Vec3(pushed.segment<3>(at3(i))));
+        arms.segment<3>(at3(i)) = arm;
+    }
+    // As a rigid body: the centre continues to x1 with a share of the end velocity, whose momentum
+    // has no moment about it.
+    const Vec3 passed = x1 - h * end / mass * sum(reached);
+    missing += contact_moment ? Vec3(*contact_moment - passed.cross(sum(pushed))) : own;
+    const Eigen::VectorXd weighted = mass_times(model, arms);
+    Mat3 S = Mat3::Zero();
+    Vec3 momentum = Vec3::Zero();
+    for (std::size_t i = 0; i < now.x.size(); ++i) {
+        const Vec3 arm = arms.segment<3>(at3(i));
+        S += arm * weighted.segment<3>(at3(i)).transpose();
+        momentum += arm.cross(Vec3(reached.segment<3>(at3(i))));
+    }
+    const Mat3 inertia = S.trace() * Mat3::Identity() - 0.5 * (S + S.transpose());
+    const Vec3 spin = inertia.inverse() * missing;
+    for (std::size_t i = 0; i < now.x.size(); ++i)
+        now.v.segment<3>(at3(i)) += spin.cross(Vec3(arms.segment<3>(at3(i))));
+    return spin.dot(momentum + 0.5 * missing);
 }
 
 } // namespace amontons

@@ -11,10 +11,8 @@ bool same_placement(const Placement& a, const Placement& b)
     return a.turn.coeffs() == b.turn.coeffs() && a.shift == b.shift;
 }
 
-} // namespace
-
 /// Motion of a place by that of the nodes.
-template <class Of> Vec3 SolidBody::mean_of(const BodyPlace& at, Of motion) const
+template <class Of> Vec3 mean_of_place(const BodyPlace& at, Of motion)
 {
     if (at.patch) {
         const PatchMotion m = patch_motion(*at.patch, motion);
@@ -26,8 +24,8 @@ template <class Of> Vec3 SolidBody::mean_of(const BodyPlace& at, Of motion) cons
     return d;
 }
 
-/// A force on a place, or a moment, as the nodes' forces: what works with mean_of().
-template <class Act> void SolidBody::spread(const BodyPlace& at, const Vec3& force, Act act) const
+/// A force on a place, or a moment, as the nodes' forces: what works with mean_of_place().
+template <class Act> void spread_on_nodes(const BodyPlace& at, const Vec3& force, Act act)
 {
     if (at.patch && at.turns) return spread_on_patch(*at.patch, Vec3::Zero(), force, act);
     if (at.patch) return spread_on_patch(*at.patch, force, at.arm.cross(force), act);
@@ -35,19 +33,21 @@ template <class Act> void SolidBody::spread(const BodyPlace& at, const Vec3& for
         act(e.node, Vec3(e.weight * force));
 }
 
+} // namespace
+
 void SolidBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                            std::vector<Eigen::Triplet<double>>& out) const
 {
     const auto add = [&](std::int32_t node, const Vec3& along) {
         for (int axis = 0; axis < 3; ++axis) {
-            const std::int32_t dof = unknown_number_[std::size_t(3 * node + axis)];
+            const std::int32_t dof = unknowns_.number[std::size_t(3 * node + axis)];
             if (dof >= 0) out.emplace_back(dof, column, along[axis]);
         }
     };
     if (at.patch) {
         const Mat3 back = now_.frame.turn.toRotationMatrix().transpose();
-        spread(at, scale * direction,
-               [&](std::int32_t node, const Vec3& f) { add(node, back * f); });
+        spread_on_nodes(at, scale * direction,
+                        [&](std::int32_t node, const Vec3& f) { add(node, back * f); });
         return;
     }
     const Vec3 d = now_.frame.turn.conjugate() * direction; // once: contacts have many nodes
@@ -61,10 +61,10 @@ Vec3 SolidBody::displacement(const BodyPlace& at) const
         const auto moved = [&](std::int32_t node) {
             return Vec3(now_.u.segment<3>(3 * node) - state_.u.segment<3>(3 * node));
         };
-        if (!at.patch) return now_.frame.turn * mean_of(at, moved);
-        return mean_of(at, [&](std::int32_t node) { return now_.frame.turn * moved(node); });
+        if (!at.patch) return now_.frame.turn * mean_of_place(at, moved);
+        return mean_of_place(at, [&](std::int32_t node) { return now_.frame.turn * moved(node); });
     }
-    return mean_of(at, [&](std::int32_t node) {
+    return mean_of_place(at, [&](std::int32_t node) {
         return Vec3(now_.x[std::size_t(node)] - state_.x[std::size_t(node)]);
     });
 }
@@ -72,39 +72,31 @@ Vec3 SolidBody::displacement(const BodyPlace& at) const
 Vec3 SolidBody::moved_from_first(std::span<const StencilEntry> nodes) const
 {
     Vec3 d = Vec3::Zero();
-    if (!step_.dynamic && same_placement(now_.frame, first_frame_)) {
+    if (!step_.dynamic && same_placement(now_.frame, first_.frame)) {
         for (const StencilEntry& e : nodes)
             d += e.weight * now_.u.segment<3>(3 * e.node);
         return now_.frame.turn * d;
     }
     for (const StencilEntry& e : nodes)
-        d += e.weight * (now_.x[std::size_t(e.node)] - first_[std::size_t(e.node)]);
+        d += e.weight * (now_.x[std::size_t(e.node)] - first_.x[std::size_t(e.node)]);
     return d;
 }
 
-Vec3 SolidBody::iterate_velocity(const BodyPlace& at) const
+Vec3 SolidBody::velocity(const BodyPlace& at, VelocityAt when) const
 {
-    return mean_of(at, [&](std::int32_t node) { return Vec3(now_.v.segment<3>(3 * node)); });
-}
-
-Vec3 SolidBody::start_velocity(const BodyPlace& at) const
-{
-    return mean_of(at, [&](std::int32_t node) { return Vec3(state_.v.segment<3>(3 * node)); });
-}
-
-Vec3 SolidBody::past_velocity(const BodyPlace& at) const
-{
-    return mean_of(at,
-                   [&](std::int32_t node) { return Vec3(past_velocity_.segment<3>(3 * node)); });
+    const Eigen::VectorXd& v = when == VelocityAt::iterate ? now_.v
+                               : when == VelocityAt::start ? state_.v
+                                                           : past_.velocity;
+    return mean_of_place(at, [&](std::int32_t node) { return Vec3(v.segment<3>(3 * node)); });
 }
 
 void SolidBody::add_reaction(const BodyPlace& at, const Vec3& force)
 {
     const Eigen::Quaterniond back = now_.frame.turn.conjugate();
-    spread(at, force, [&](std::int32_t node, const Vec3& f) {
+    spread_on_nodes(at, force, [&](std::int32_t node, const Vec3& f) {
         for (int axis = 0; axis < 3; ++axis)
-            if (unknown_number_[std::size_t(3 * node + axis)] < 0)
-                contact_held_[3 * node + axis] += (back * f)[axis];
+            if (unknowns_.number[std::size_t(3 * node + axis)] < 0)
+                contact_.held[3 * node + axis] += (back * f)[axis];
     });
 }
 

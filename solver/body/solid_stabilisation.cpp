@@ -40,39 +40,12 @@ constexpr double kNoForce = 1e-6;  ///< on a node, of the largest on one
 constexpr int kMostColumns = 1500; ///< of N: dense algebra on them
 constexpr double kFirstShift = 1e-3, kGreatestShift = 1e3, kShiftGrowth = 10;
 
-} // namespace
-
-void SolidBody::stabilise_with(const Eigen::VectorXd& force)
-{
-    for (std::size_t i = 0; i < unknown_.size(); ++i)
-        support_stiffness_[unknown_[i]] = force[Eigen::Index(i)];
-}
-
-/// The next way to make the matrix positive: a line of the table, from 1, negative; then shares of
-/// the stiffness at rest. @return  0 if none is left
-double SolidBody::next_shift()
-{
-    if (step_.dynamic && shift_ >= 1) return 0;
-    if (shift_ <= 0 && shift_ > -double(kStabilisations.size()) && !step_.dynamic &&
-        !contact_.isZero(0)) {
-        // From one before the last iteration's on: what holds only just appears and disappears.
-        shift_ = shift_ < 0 ? shift_ - 1 : std::min(-1.0, last_shift_ + 1);
-        while (support_stiffness_.isZero(0) && kStabilisations[std::size_t(-shift_) - 1].firm)
-            shift_ -= 1;
-        return 1;
-    }
-    indefinite_ = true;
-    shift_ = shift_ > 0 ? kShiftGrowth * shift_ // last_shift_ may be negative
-                        : std::max(kFirstShift, last_shift_ / (kShiftGrowth * kShiftGrowth));
-    return shift_ <= kGreatestShift ? shift_ : 0;
-}
-
 /// Adds N N^T to the matrix: of each node with a force, a share of its own stiffness at rest along
 /// the force, and across it what a wall of that curvature adds. A force that stays where the node
 /// passes would turn a body that is pressed all around.
 /// @return  N
-SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, double along,
-                                 double across_size) const
+SparseColumns stiffen(const SolidUnknowns& unknowns, const SolidMatrix& matrix, SparseMatrix& S,
+                      const Eigen::VectorXd& force, double along, double across_size)
 {
     // Round-off of a contact's weights is no contact: such a node moves freely.
     const double least = kNoForce * force.cwiseAbs().maxCoeff();
@@ -83,13 +56,13 @@ SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, 
         if (!(f.norm() > least)) continue;
         double size = 0;
         for (int i = 0; i < 3; ++i)
-            size += along * matrix_->K.coeff(at + i, at + i) / 3;
+            size += along * matrix.K.coeff(at + i, at + i) / 3;
         const Vec3 n = f.normalized(), t = n.unitOrthogonal();
         const double across = across_size * f.norm();
         Mat3 root;
         root << std::sqrt(size) * n, std::sqrt(across) * t, std::sqrt(across) * n.cross(t);
         for (int i = 0; i < 3; ++i) // what is prescribed needs no hold
-            if (dofs_.number[std::size_t(at + i)] < 0) root.row(i).setZero();
+            if (unknowns.dofs.number[std::size_t(at + i)] < 0) root.row(i).setZero();
         const Mat3 added = root * root.transpose();
         for (int j = 0; j < 3; ++j)
             for (int i = 0; i < 3; ++i)
@@ -97,59 +70,94 @@ SparseColumns SolidBody::stiffen(SparseMatrix& S, const Eigen::VectorXd& force, 
         for (int j = 0; j < (across > 0 ? 3 : 1); ++j, ++columns)
             for (int i = 0; i < 3; ++i)
                 if (root(i, j) != 0)
-                    entries.emplace_back(dofs_.number[std::size_t(at + i)], columns, root(i, j));
+                    entries.emplace_back(unknowns.dofs.number[std::size_t(at + i)], columns,
+                                         root(i, j));
     }
-    SparseColumns N(Eigen::Index(dofs_.free.size()), columns);
+    SparseColumns N(Eigen::Index(unknowns.dofs.free.size()), columns);
     N.setFromTriplets(entries.begin(), entries.end());
     return N;
 }
 
-/// The matrix with the shift of next_shift().
-void SolidBody::stabilise(SparseMatrix& S)
+} // namespace
+
+void SolidBody::stabilise_with(const Eigen::VectorXd& force)
 {
-    const double scale = step_.dynamic ? 1 / step_.h : 1;
-    const Stabilisation& by =
-        shift_ < 0 ? kStabilisations[std::size_t(-shift_) - 1] : kStabilisations.back();
-    stabilised_ =
-        stiffen(S, scale * (by.firm ? support_stiffness_ : contact_), by.along, by.across / size_);
+    for (std::size_t i = 0; i < unknowns_.dof.size(); ++i)
+        contact_.firm[unknowns_.dof[i]] = force[Eigen::Index(i)];
+}
+
+double next_shift(const StepInput& step, const SolidContactForces& contact, SolidTangent& tangent)
+{
+    if (step.dynamic && tangent.shift >= 1) return 0;
+    if (tangent.shift <= 0 && tangent.shift > -double(kStabilisations.size()) && !step.dynamic &&
+        !contact.on_unknowns.isZero(0)) {
+        // From one before the last iteration's on: what holds only just appears and disappears.
+        tangent.shift =
+            tangent.shift < 0 ? tangent.shift - 1 : std::min(-1.0, tangent.last_shift + 1);
+        while (contact.firm.isZero(0) && kStabilisations[std::size_t(-tangent.shift) - 1].firm)
+            tangent.shift -= 1;
+        return 1;
+    }
+    tangent.indefinite = true;
+    tangent.shift = tangent.shift > 0
+                        ? kShiftGrowth * tangent.shift // last_shift may be negative
+                        : std::max(kFirstShift, tangent.last_shift / (kShiftGrowth * kShiftGrowth));
+    return tangent.shift <= kGreatestShift ? tangent.shift : 0;
+}
+
+void stabilise(const SolidModel& model, const SolidUnknowns& unknowns, const SolidMatrix& matrix,
+               const StepInput& step, const SolidContactForces& contact, SolidTangent& tangent,
+               SparseMatrix& S)
+{
+    const double scale = step.dynamic ? 1 / step.h : 1;
+    const Stabilisation& by = tangent.shift < 0 ? kStabilisations[std::size_t(-tangent.shift) - 1]
+                                                : kStabilisations.back();
+    tangent.stabilised =
+        stiffen(unknowns, matrix, S, scale * (by.firm ? contact.firm : contact.on_unknowns),
+                by.along, by.across / model.size);
 }
 
 bool SolidBody::is_stabilised() const
 {
-    if (free_modes_.cols() > 0) return border_negative_ > 0 && shift_ <= 0;
-    return shift_ < 0 && stabilised_.cols() > 0;
+    if (unknowns_.modes.cols() > 0) return border_.negative > 0 && tangent_.shift <= 0;
+    return tangent_.shift < 0 && tangent_.stabilised.cols() > 0;
 }
 
 int SolidBody::true_tangent_compliance(const SparseColumns& C, Eigen::MatrixXd& more)
 {
-    if (free_modes_.cols() > 0) { // W is of the true matrix already
+    if (unknowns_.modes.cols() > 0) { // W is of the true matrix already
         more.setZero(C.cols(), C.cols());
-        return border_negative_;
+        return border_.negative;
     }
-    if (!volumes_.empty() || skew_.nonZeros() > 0 || stabilised_.cols() > kMostColumns) return -1;
-    const Eigen::Index free = stabilised_.rows(), rows = C.cols(), columns = stabilised_.cols();
+    if (!volumes_.loads.empty() || tangent_.skew.nonZeros() > 0 ||
+        tangent_.stabilised.cols() > kMostColumns)
+        return -1;
+    const Eigen::Index free = tangent_.stabilised.rows(), rows = C.cols(),
+                       columns = tangent_.stabilised.cols();
     SparseColumns both(free, rows + columns);
     both.leftCols(rows) = C.rows() == free ? C : SparseColumns(C.topRows(free));
-    both.rightCols(columns) = stabilised_;
+    both.rightCols(columns) = tangent_.stabilised;
     Eigen::MatrixXd all;
     matrix_->factor.compliance(both, all);
     const Eigen::MatrixXd open =
         Eigen::MatrixXd::Identity(columns, columns) - all.bottomRightCorner(columns, columns);
     const int negative = int((symmetric_eigenvalues(open).array() < 0).count());
-    true_tangent_.compute(open);
+    tangent_.open.compute(open);
     const Eigen::MatrixXd seen = all.bottomLeftCorner(columns, rows);
-    more = seen.transpose() * true_tangent_.solve_all(seen);
+    more = seen.transpose() * tangent_.open.solve_all(seen);
     more = (0.5 * (more + more.transpose())).eval();
     return negative;
 }
 
 Eigen::VectorXd SolidBody::unstabilised(const Eigen::VectorXd& y) const
 {
-    if (free_modes_.cols() > 0) return y;
-    const Eigen::Index free = stabilised_.rows();
+    if (unknowns_.modes.cols() > 0) return y;
+    const Eigen::Index free = tangent_.stabilised.rows();
     Eigen::VectorXd all = y;
     all.head(free) += solved(
-        stabilised_ * true_tangent_.solve(Eigen::VectorXd(stabilised_.transpose() * y.head(free))));
+        model_, unknowns_, *matrix_, border_,
+        tangent_.stabilised *
+            tangent_.open.solve(Eigen::VectorXd(tangent_.stabilised.transpose() * y.head(free))));
     return all;
 }
 
