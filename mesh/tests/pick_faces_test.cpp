@@ -3,6 +3,7 @@
 #include "mesh/generate/solid_box.hpp"
 #include "mesh/generate/solid_round.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <doctest/doctest.h>
 #include <numbers>

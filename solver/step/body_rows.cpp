@@ -164,7 +164,7 @@ void forces_on_bodies(const Contacts& k, std::span<const ActingForce> acting,
             Eigen::VectorXd& sum = on[std::size_t(s.body)];
             if (sum.size() == 0) continue;
             const BodyRef& b = k.bodies[std::size_t(s.body)];
-            if (b.rigid) {
+            if (b.rigid && b.body == b.rigid) { // a hand's has unknowns of its own
                 b.rigid->add_force(s.place, s.sign * a.force, sum);
                 continue;
             }

@@ -90,6 +90,7 @@ double coaxial_normal_work(const Coaxial& c, const CoaxialStart& start);
 void solve_linearised(Coaxial& c, const Residual& residual, const NewtonOptions& options,
                       double& shift, NewtonReport& report);
 /// Closes the active rows by a dense system of their own.
+/// @param force  reactions below it do not count [N]
 void close_active_rows(Coaxial& c, double force);
 
 } // namespace amontons

@@ -14,7 +14,7 @@ namespace amontons {
 namespace {
 
 constexpr double kCertificateRho = 1; // of the natural map, relative to WireMaterial::stiffness
-constexpr double kHeld = 1e-3;        // of a pull on the nodes: with kRhoNormal, ten times it
+constexpr double kHeldByPull = 1e-3;        // of a pull on the nodes: with kRhoNormal, ten times it
 constexpr double kLost = 1e-3;        // of what soft walls are off by, relative
 
 void assemble_viscous_pull(const Wire& wire, const ViscousPull& anchor, BlockTridiagonal& K,
@@ -104,7 +104,7 @@ void assemble_iterate(const Wire& wire, const std::vector<WireWall>& walls, cons
     if (anchor.active()) // rows weigh more than what holds the wire
         for (Candidate& c : w.candidates) {
             const std::size_t e = std::size_t(c.place.element);
-            c.held[0] = c.held[1] = kHeld * std::max(anchor.linear[e], anchor.linear[e + 1]);
+            c.held[0] = c.held[1] = kHeldByPull * std::max(anchor.linear[e], anchor.linear[e + 1]);
         }
     w.compliant_walls = any_soft(walls) ? &walls : nullptr;
     // The linearised problem contains the curvature of soft walls.

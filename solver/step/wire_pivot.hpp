@@ -12,6 +12,7 @@ void solve_linearised(const Wire& wire, NewtonWorkspace& work, const Residual& r
                       const NewtonOptions& options, double& shift, NewtonReport& report);
 
 /// Closes what the last linear solve left open of the active rows' gaps, exactly.
+/// @param force  reactions below it do not count [N]
 void close_active_rows(const Wire& wire, NewtonWorkspace& work, double force);
 
 } // namespace amontons

@@ -7,7 +7,7 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostIterations = 16;    // of Newton's method in an increment
+constexpr int kMostInIncrement = 16;    // of Newton's method in an increment
 constexpr int kLeastRelaxations = 600; // that are made before a flow ends without an equilibrium
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
 constexpr double kRoomShare = 0.1;         // of the room for misses, of one increment
@@ -86,7 +86,7 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
     NewtonOptions attempt = options;
 
     // ---- Options and the pull of the first increment
-    options.max_iterations = kMostIterations;
+    options.max_iterations = kMostInIncrement;
     attempt.max_iterations = 10;
     const std::size_t wires = g.wires.size();
     double unit = 0, element_size = std::numeric_limits<double>::infinity(), energy_floor = 0;

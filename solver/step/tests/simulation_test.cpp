@@ -560,7 +560,7 @@ TEST_CASE("a wire on soft walls that is drawn back turns its friction in steps o
     CHECK(r.message == "");
     REQUIRE(r.status == "done");
     CHECK(r.uncertified_steps == 0);
-    CHECK(r.steps < 60); // [regression] 36 of the 22 that are asked; 219 and then refused before
+    CHECK(r.steps < 60); // [regression] 36 for 22 of the scene; 219 and then refused before
     CHECK(keep.records.back().contacts.size() > 100);
     CHECK(std::abs(r.energy.error()) < 0.005 * r.energy.work_absolute);
     double push = 0;
