@@ -18,6 +18,7 @@
 #include "solver/scene/findings.hpp"
 #include "solver/scene/read.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>

@@ -3,6 +3,7 @@
 #include "solver/material/law.hpp"
 #include "solver/scene/instrument_rods.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>

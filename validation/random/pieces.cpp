@@ -1,5 +1,6 @@
 #include "validation/random/pieces.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <fmt/format.h>
