@@ -7,12 +7,13 @@
 namespace amontons {
 namespace {
 
-constexpr int kMostInIncrement = 16;    // of Newton's method in an increment
+constexpr int kMostInIncrement = 16;   // of Newton's method in an increment
 constexpr int kLeastRelaxations = 600; // that are made before a flow ends without an equilibrium
 constexpr double kRelaxationShare = 0.001; // of what an increment turned over: its balance misses
 constexpr double kRoomShare = 0.1;         // of the room for misses, of one increment
 constexpr int kMostCuts = 4; // increments that the way needs, times this: contacts make them short
 constexpr int kFirstPause = 4, kLongestPause = 32; // increments between tries of the wires at rest
+constexpr int kMostPushes = 6;   // off an unstable equilibrium, by 1e-3 to 0.1 elements
 constexpr double kNoJump = 0.25; // of an increment's way: the wire has not jumped in it
 
 /// Of turns, in the square of a length: places and turns as one vector do not depend on the unit of
@@ -118,7 +119,8 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
     double unexplained = 0; // misses of increments' balances that the flow's own work hides [J]
     const double elastic_before = elastic_energy_of(g);
     double weight = 1e-3 * unit, energy = elastic_before;
-    bool base_moved = false, pushed_off = false, failed = false;
+    int pushed_off = 0;
+    bool base_moved = false, failed = false;
     // Increments before the wires are tried at rest. One that fails costs as much as some fifty
     // increments do: the next comes after twice as many.
     int until_attempt = 1, pause = kFirstPause;
@@ -169,13 +171,15 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
                     if (part) *part = {part->most, false, {}, 0, {}, 1, false};
                     return r;
                 }
-            } else if (still.converged && !pushed_off) {
+            } else if (still.converged && pushed_off < kMostPushes) {
                 // The flow stops at an unstable equilibrium: it is displaced along its weakest
-                // mode.
+                // mode: one way, where friction may hold it, then the other, and then farther.
                 const std::vector<std::vector<Node6>> mode = weakest_mode(g);
                 for (std::size_t w = 0; w < wires; ++w)
-                    move_wire(g.wires[w]->wire, mode[w], 1e-3 * element_size);
-                pushed_off = true;
+                    move_wire(g.wires[w]->wire, mode[w],
+                              (pushed_off % 2 == 0 ? 1 : -1) * std::pow(10, pushed_off / 2 - 3) *
+                                  element_size);
+                ++pushed_off;
                 const double now = elastic_energy_of(g);
                 r.released += energy - now;
                 energy = now;

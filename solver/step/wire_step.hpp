@@ -112,7 +112,7 @@ struct GradientFlow {
     double weight = 0;               ///< of the pull [N/m]
     std::vector<std::vector<Node6>> pull;
     int until_attempt = 1; ///< increments before the wires are tried at rest
-    bool pushed_off = false;
+    int pushed_off = 0; ///< how often, from equilibria that were unstable
 };
 
 /// The same by damped relaxation, for bases close to the present ones: for a state that has
