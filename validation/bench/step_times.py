@@ -27,7 +27,7 @@ def bars(count, rule):
                              "shape": {"generate": "box", "size": [LENGTH, WIDTH, WIDTH]},
                              "start": {"place": [(i + 0.5) * LENGTH, 0, 0]}}
         couplings.append({"kind": "hinge", "at": [i * LENGTH, 0, 0], "axis": [0, 1, 0],
-                          "between": [f"bar{i}", "world"] if i == 0 else [f"bar{i - 1}", f"bar{i}"]})
+                          "between": [f"bar{i}", f"bar{i - 1}" if i > 0 else "world"]})
     return {"schema": 1, "bodies": bodies, "couplings": couplings, "gravity": [0, 0, -9.81],
             "time": {"kind": "dynamic", "step": 0.001, "end": 0.2, **rule},
             "output": {"picture": False, "plots": False}}
