@@ -14,8 +14,8 @@ struct ClosedRows {
     Eigen::MatrixXd root;        ///< U of the kept ones, scaled: U^T U = W there
     /// Of each column of the root, the first row that is other than 0.
     std::vector<Eigen::Index> begin;
-    Eigen::MatrixXd share;       ///< of the kept ones in each that is left, kept x left
-    Eigen::MatrixXd left_root;   ///< Cholesky's of 1 + share^T share
+    Eigen::MatrixXd share;     ///< of the kept ones in each that is left, kept x left
+    Eigen::MatrixXd left_root; ///< Cholesky's of 1 + share^T share
 
     /// Whether there are no closed rows.
     bool empty() const { return root.size() == 0; }
