@@ -86,20 +86,16 @@ NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& 
     o.tolerance = g.wires[0]->tolerance;
     o.longest_move = std::numeric_limits<double>::infinity();
     o.stop = g.stop;
-    double largest_radius = 0, longest_shift = 0;
     for (std::size_t w = 0; w < g.wires.size(); ++w) {
         const WireBody& b = *g.wires[w];
         double radius = 0;
         for (const BeamSegment& segment : b.wire.material.segments)
             radius = std::max(radius, segment.radius);
-        longest_shift =
-            std::max({longest_shift, std::abs(to[w].insertion - b.wire.state.base_insertion),
-                      (to[w].tip - b.wire.state.tip_moved).norm()});
-        largest_radius = std::max(largest_radius, radius);
+        const double shift = std::max(std::abs(to[w].insertion - b.wire.state.base_insertion),
+                                      (to[w].tip - b.wire.state.tip_moved).norm());
+        o.reach = std::max({o.reach, 1.35 * radius, 1.5 * shift});
         o.longest_move = std::min(o.longest_move, 0.8 * b.element_size);
     }
-    // An iteration reaches no contact that is twice its longest move away: the next one finds it.
-    o.reach = std::max(1.35 * largest_radius, std::min(1.5 * longest_shift, 2 * o.longest_move));
     return o;
 }
 
