@@ -169,17 +169,18 @@ double VesselTube::any_(const Vec3& x, const TubePart& part) const
     return gap / std::sqrt(1 + steep * steep);
 }
 
-ImplicitSample VesselTube::sample(const Vec3& x, const TubePart& part) const
+/// The way from the middle line to x, at its foot.
+VesselTube::Across VesselTube::across_(const Foot& f, const Vec3& x, bool inside)
 {
-    const Foot f = part.inside ? foot_inside_(pieces_[std::size_t(part.first)], x) : foot_(x, part);
     const Piece& p = *f.piece;
-    const double radius = p.radius + f.u * p.slope, slope = p.slope;
-    Vec3 c = p.a0, tangent = p.a1, bent = Vec3::Zero();
+    const double radius = p.radius + f.u * p.slope;
+    Across a{Vec3::Zero(), p.a1, Vec3::Zero()};
+    Vec3 c = p.a0;
     if (p.bend == 0) {
         c += f.u * p.a1;
     } else {
         double sine, cosine;
-        if (!part.inside) {
+        if (!inside) {
             sine = std::sin(f.u / p.bend);
             cosine = std::cos(f.u / p.bend);
         } else {
@@ -188,18 +189,39 @@ ImplicitSample VesselTube::sample(const Vec3& x, const TubePart& part) const
             sine = along / from_axis;
             cosine = out / from_axis;
         }
-        bent = sine * p.a1 + cosine * p.a2;
-        tangent = cosine * p.a1 - sine * p.a2;
-        c += p.bend * bent;
-        bent *= -1 / p.bend;
+        a.bent = sine * p.a1 + cosine * p.a2;
+        a.tangent = cosine * p.a1 - sine * p.a2;
+        c += p.bend * a.bent;
+        a.bent *= -1 / p.bend;
     }
-    Vec3 e = x - c;
-    double d = e.norm();
-    const double gap = radius - d;
-    if (d <= kNearAxis * radius) { // on the axis: any direction across, always the same one
-        d = kNearAxis * radius;
-        e = d * tangent.unitOrthogonal();
+    a.e = x - c;
+    a.d = a.e.norm();
+    a.gap = radius - a.d;
+    if (a.d <= kNearAxis * radius) { // on the axis: any direction across, always the same one
+        a.d = kNearAxis * radius;
+        a.e = a.d * a.tangent.unitOrthogonal();
     }
+    return a;
+}
+
+/// The normal of sample(), without its Hessian.
+Vec3 VesselTube::any_normal_(const Vec3& x, const TubePart& part) const
+{
+    const Foot f = foot_(x, part);
+    const Across a = across_(f, x, false);
+    const Vec3 m = a.e / a.d;
+    const double slope = f.piece->slope;
+    if (f.closed || slope == 0) return -m;
+    const double focal = std::max(1 - a.e.dot(a.bent), kLeastFocal);
+    const Vec3 gradient = slope / focal * a.tangent - m;
+    return gradient / gradient.norm();
+}
+
+ImplicitSample VesselTube::sample(const Vec3& x, const TubePart& part) const
+{
+    const Foot f = part.inside ? foot_inside_(pieces_[std::size_t(part.first)], x) : foot_(x, part);
+    const auto [e, tangent, bent, d, gap] = across_(f, x, part.inside);
+    const double slope = f.piece->slope;
     const Vec3 m = e / d;
     Mat3 hessian = (m * m.transpose() - Mat3::Identity()) / d;
     if (f.closed) return {gap, -m, hessian};

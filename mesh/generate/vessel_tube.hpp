@@ -45,7 +45,7 @@ public:
     Vec3 normal(const Vec3& x, const TubePart& part) const
     {
         return part.inside ? normal_inside_(pieces_[std::size_t(part.first)], x)
-                           : sample(x, part).gradient;
+                           : any_normal_(x, part);
     }
     /// Distance, unit normal and Hessian.
     /// @param part  as of distance()
@@ -64,9 +64,15 @@ private:
         double u = 0, squared = 0;
         bool closed = false; ///< on a ball that closes the tube
     };
+    struct Across {
+        Vec3 e, tangent, bent; ///< from the foot to x; of the middle line there: c', c''
+        double d = 0, gap = 0; ///< size of e, distance along it
+    };
     static double nearest_(const Piece& p, const Vec3& x, double beyond, double& u);
     Foot foot_(const Vec3& x, const TubePart& part) const;
     double any_(const Vec3& x, const TubePart& part) const;
+    static Across across_(const Foot& f, const Vec3& x, bool inside);
+    Vec3 any_normal_(const Vec3& x, const TubePart& part) const;
     static Foot foot_inside_(const Piece& p, const Vec3& x);
     static double focal_(const Piece& p, const Vec3& x);
     static double inside_(const Piece& p, const Vec3& x);

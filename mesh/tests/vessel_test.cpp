@@ -481,7 +481,7 @@ TEST_CASE("a vessel that nothing is near to is not sampled: a lower bound of the
         CHECK(least <= distance);
         free += distance > 0.003;
         known += least > 0.8 * distance;
-        // Beside a place that was searched for, the bound may be that place's.
+        // Beside a place whose bound is known, the bound may be that of the place.
         std::uniform_real_distribution<double> aside{-5e-5, 5e-5};
         for (int j = 0; j < 5; ++j) {
             const Vec3 beside = at + Vec3{aside(draw), aside(draw), aside(draw)};

@@ -1,5 +1,6 @@
 #include "contact/surface/overlap.hpp"
 #include "mesh/box_tree.hpp"
+#include "mesh/wall.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
@@ -7,6 +8,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 // How far rods stand in other bodies: the surface around their middle lines, examined from place to
 // place half a radius apart.
@@ -81,10 +83,18 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
             deepest.point = x;
         }
     };
-    // A sheath passes through walls, and not through what else can touch the rod in it.
+    // A sheath passes through walls, and not through what else can touch the rod in it. Where the
+    // distance of an earlier sample shows that one is not deeper, it is not measured.
     const auto in_shape = [&](const auto& distance) {
-        for (const Sample& s : own)
-            if (s.free || p.b >= 0) keep_deepest(s.x, s.radius - distance(s.x).distance);
+        Vec3 at = Vec3::Zero();
+        double clear = -std::numeric_limits<double>::infinity();
+        for (const Sample& s : own) {
+            if (!s.free && p.b < 0) continue;
+            if (clear - kSteepestWall * (s.x - at).norm() >= s.radius - deepest.depth) continue;
+            at = s.x;
+            clear = distance(at).distance;
+            keep_deepest(at, s.radius - clear);
+        }
     };
     if (p.b < 0 && !p.plane) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];

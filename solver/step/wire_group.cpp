@@ -7,19 +7,28 @@
 namespace amontons {
 namespace {
 
+// What enters the linear problem of an iteration, over the longest move of a node in it: places
+// between nodes move a little farther.
+constexpr double kReachOfMove = 1.25;
+
 // A distance to a wall changes hardly faster than the point moves, so a straight way is free if the
-// two distances at its ends cover it; else it is followed in steps of the distance itself.
+// two distances at its ends cover it; else it is followed in steps of the distance itself. Bounds
+// of the distance take no samples of the wall: far from it they are enough.
 bool way_is_free(const Wall& wall, const Vec3& from, const Vec3& to, double radius, WallHint& hint)
 {
     const double length = (to - from).norm();
-    if (wall.clearance(from, hint) + wall.clearance(to, hint) >= kSteepestWall * length)
-        return true;
-    const double a = wall.distance(from, hint), b = wall.distance(to, hint);
+    const double clear_from = wall.clearance(from, hint), clear_to = wall.clearance(to, hint);
+    if (clear_from + clear_to >= kSteepestWall * length) return true;
+    const auto enough = [&](const Vec3& x, double clear) {
+        return clear > radius ? clear : wall.distance(x, hint);
+    };
+    const double a = enough(from, clear_from), b = enough(to, clear_to);
     if (b < 0) return false;
     if (a + b >= kSteepestWall * length) return true;
     double t = std::max(a, 0.0);
     while (t < length - b) {
-        const double d = wall.distance(from + t / length * (to - from), hint);
+        const Vec3 x = from + t / length * (to - from);
+        const double d = enough(x, wall.clearance(x, hint));
         if (d < 0) return false;
         t += std::max(d, 0.1 * radius);
     }
@@ -98,8 +107,10 @@ NewtonOptions newton_options(const WireGroup& g, const std::vector<BaseTarget>& 
         largest_radius = std::max(largest_radius, radius);
         o.longest_move = std::min(o.longest_move, 0.8 * b.element_size);
     }
-    // An iteration reaches no contact that is twice its longest move away: the next one finds it.
-    o.reach = std::max(1.35 * largest_radius, std::min(1.5 * longest_shift, 2 * o.longest_move));
+    // An iteration reaches no contact that is farther away than its longest move: the next one
+    // finds it.
+    o.reach = std::max(1.35 * largest_radius,
+                       std::min(1.5 * longest_shift, kReachOfMove * o.longest_move));
     return o;
 }
 
