@@ -213,8 +213,8 @@ Many shape_at(const WaitingPoints& points, const SlaveInPlane& slave, Many N[kNo
 
 /// Adds points to the integrals: most of what contact with triangles costs.
 template <int kNodes>
-void integrate(const WaitingPoints& points, const SlaveInPlane& slave, DualMoments* dual,
-               ConstantMoments& constant)
+void integrate_points(const WaitingPoints& points, const SlaveInPlane& slave, DualMoments* dual,
+                      ConstantMoments& constant)
 {
     Many N[kNodes], z[2];
     const Many w = points.weight * shape_at<kNodes>(points, slave, N, z);
@@ -368,11 +368,11 @@ void FixedIntegrals::flush_(int only)
     DualMoments* const dual = only < 0 ? &dual_ : nullptr;
     ConstantMoments& constant = only_[std::size_t(std::max(only, 0))];
     if (face_.nodes == 3)
-        integrate<3>(points, slave, dual, constant);
+        integrate_points<3>(points, slave, dual, constant);
     else if (face_.nodes == 4)
-        integrate<4>(points, slave, dual, constant);
+        integrate_points<4>(points, slave, dual, constant);
     else
-        integrate<6>(points, slave, dual, constant);
+        integrate_points<6>(points, slave, dual, constant);
     points.count = points.steps = points.masters = 0;
 }
 
