@@ -5,6 +5,66 @@
 
 namespace amontons {
 
+/// A slave's quadrilateral in the plane of its facet, and where Newton's method has got to on it.
+struct PlaneQuadrilateral {
+    /// Middle, half its sides and half their difference, in the plane [m].
+    Vec3 middle = Vec3::Zero(), along[2] = {Vec3::Zero(), Vec3::Zero()}, twist = Vec3::Zero();
+    double bend = 0;            ///< relative change of area over the face: see the .cpp
+    double warp = 0;            ///< of its corners out of the plane [m]
+    Vec2 last = Vec2::Zero();   ///< on its reference face
+    double contraction = 1;     ///< share of the bend over the polygon; 1: too large
+    Eigen::Matrix2d near_slope; ///< of its map back, near the present polygon
+    Vec2 near_twist;            ///< the slope's product with the twist
+    Vec2 polygon_corner, polygon_xi;
+    int steps = 0; ///< with that slope
+};
+
+/// A slave's triangle: from the plane of its facet to its reference coordinates, and back.
+struct PlaneTriangle {
+    /// From the plane to reference coordinates, and back.
+    Eigen::Matrix2d slope, back;
+    /// Reference coordinates of the plane's origin, and the place of theirs.
+    Vec2 offset, origin;
+};
+
+/// As many points as are integrated at once, and a number of each.
+inline constexpr int kPointBlock = 8;
+using PerPoint = Eigen::Array<double, kPointBlock, 1>;
+/// The master's facet over the plane z of the slave's facet: at d = z - corner the height is
+/// height[0] + d . height[1..2], and the normal, but for its length, n[0] + d . n[1..2].
+struct MasterPlane {
+    const Facet* facet = nullptr;
+    /// Where the height and the normal are [0].
+    Vec2 corner;
+    /// Normal and its derivatives.
+    Vec3 n[3];
+    /// Height and its derivatives.
+    Vec3 height;
+};
+/// Points of one facet that wait until there are enough to be integrated at once: their places
+/// in the plane, or for six nodes those of straight sides; on the slave's reference face for
+/// four nodes; weights; and the masters over the plane, each from one of the points on.
+struct WaitingPoints {
+    int count = 0; ///< points
+    int steps = 0; ///< of Newton's method from `xi` on, for four nodes
+    PerPoint z[2], xi[2], weight;
+    int masters = 0;
+    int from[kPointBlock];
+    MasterPlane master[kPointBlock];
+    PerPoint corner[2], n[3][3], height[3]; ///< of each point, from flush_
+};
+/// int N N^T (i <= j, row by row), int N n^T, int N y^T, int N, with the master's unit normal n
+/// and place y, each as sums of every eighth point.
+struct DualMoments {
+    /// As above, in this order.
+    PerPoint NN[21], Nn[6][3], Ny[6][3], N[6];
+};
+/// The same where a function is 1, without N.
+struct ConstantMoments {
+    /// As above, and the area.
+    PerPoint N[6], n[3], y[3], area;
+};
+
 /// Integrals of mortar_contacts over what faces of a slave share with a master that does not bend.
 /// It needs no stencils, so that places and normals of the master are integrated directly, and
 /// what depends on the slave's facet alone is computed once, not for each of its many segments.
@@ -28,44 +88,9 @@ public:
     void end_facet();
 
 private:
-    static constexpr int kBlock = 8;
-    using Many = Eigen::Array<double, kBlock, 1>;
-    /// The master's facet over the plane z of the slave's facet: at d = z - corner the height is
-    /// height[0] + d . height[1..2], and the normal, but for its length, n[0] + d . n[1..2].
-    struct MasterPlane {
-        const Facet* facet = nullptr;
-        Vec2 corner;
-        Vec3 n[3];
-        Vec3 height;
-    };
-    /// Points of one facet that wait until there are enough to be integrated at once: their places
-    /// in the plane, or for six nodes those of straight sides; on the slave's reference face for
-    /// four nodes; weights; and the masters over the plane, each from one of the points on.
-    struct Waiting {
-        int count = 0;
-        int steps = 0; ///< of Newton's method from `xi` on, for four nodes
-        Many z[2], xi[2], weight;
-        int masters = 0;
-        int from[kBlock];
-        MasterPlane master[kBlock];
-        Many corner[2], n[3][3], height[3]; ///< of each point, from flush_
-    };
-    /// int N N^T (i <= j, row by row), int N n^T, int N y^T, int N, with the master's unit normal n
-    /// and place y, each as sums of every eighth point.
-    struct Moments {
-        Many NN[21], Nn[6][3], Ny[6][3], N[6];
-    };
-    /// The same where a function is 1, without N.
-    struct Constant {
-        Many N[6], n[3], y[3], area;
-    };
     void set_master_(const Facet& master);
-    void find_on_quadrilateral_(const Vec2& z);
-    void begin_polygon_(const Vec2& z, double part);
-    void add_point_(const Vec2& z, double weight, Waiting& to, int only);
+    void add_point_(const Vec2& z, double weight, WaitingPoints& to, int only);
     void flush_(int only);
-    template <int kNodes> void integrate_(const Waiting& points, int only);
-    template <int kNodes> Many shape_(const Waiting& points, Many N[kNodes], Many z[2]) const;
 
     const FixedShape& master_;
     const ExternalSurface& surface_;
@@ -78,20 +103,11 @@ private:
     std::optional<FacetPlane> plane_;
     FaceInPlane face_{{}, {}};
     MasterPlane over_;
-    Vec3 middle_, along_[2], twist_; ///< of a quadrilateral, in the plane
-    double bend_ = 0;                ///< of a quadrilateral: see the .cpp
-    double warp_ = 0;                ///< of its corners out of the plane [m]
-    Vec2 last_ = Vec2::Zero();       ///< on its reference face
-    Eigen::Matrix2d near_slope_;     ///< of its map back, near the present polygon
-    double contraction_ = 1;         ///< of the bend over the polygon; 1: too large
-    Vec2 polygon_corner_, polygon_xi_;
-    Vec2 near_twist_;              ///< the slope's product with the twist
-    int steps_ = 0;                ///< with that slope
-    Eigen::Matrix2d slope_, back_; ///< of a triangle: to its reference coordinates, and back
-    Vec2 offset_, origin_;
-    Waiting waiting_[5]; ///< for the dual functions, and for those that are 1
-    Moments dual_;
-    std::array<Constant, 4> only_;
+    PlaneQuadrilateral quadrilateral_;
+    PlaneTriangle triangle_;
+    WaitingPoints waiting_[5]; ///< for the dual functions, and for those that are 1
+    DualMoments dual_;
+    std::array<ConstantMoments, 4> only_;
     bool has_dual_ = false, has_only_ = false;
 };
 

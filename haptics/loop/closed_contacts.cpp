@@ -1,4 +1,4 @@
-#include "haptics/loop/proxy_loop.hpp"
+#include "haptics/loop/proxy_contacts.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -61,72 +61,40 @@ template <class Real> Mat3 coupling_block(const ReducedOperator<Real>& op, int i
     return W;
 }
 
-} // namespace
-
-template <class Real> void ProxyLoop<Real>::reserve_closed()
+std::size_t at(int i)
 {
-    closed_.resize(kMostUnknowns);
-    row_.resize(kMostUnknowns);
-    matrix_.resize(kMostUnknowns * kMostUnknowns);
-    right_.resize(kMostUnknowns);
-}
-
-/// Solves the closed contacts together.
-/// @returns false if nothing has changed
-template <class Real> bool ProxyLoop<Real>::solve_closed()
-{
-    int unknowns = 0;
-    closed_count_ = 0;
-    for (int i = 0; i < op_->contacts; ++i) {
-        if (r_[at(i)].isZero(0)) continue;
-        const Vec3 r = cone_[at(i)].transpose() * r_[at(i)];
-        const bool sticks = r.tail<2>().norm() < (1 - kInside) * contact(i).mu * r[0];
-        unknowns += sticks ? 3 : 1;
-        if (unknowns > kMostUnknowns || !(r[0] > 0)) return false;
-        closed_[at(closed_count_++)] = {i, 0, sticks, false, r_[at(i)], r / r[0], r};
-    }
-    bool changed = false;
-    for (int round = 0; closed_count_ > 0 && round < kRounds && solve_statuses(); ++round) {
-        if (leave_cones()) continue;
-        for (int k = 0; k < closed_count_; ++k) {
-            const ClosedContact& c = closed_[at(k)];
-            const Vec3 next = c.open ? Vec3(Vec3::Zero()) : Vec3(cone_[at(c.contact)] * c.r),
-                       change = next - r_[at(c.contact)];
-            r_[at(c.contact)] = next;
-            add_reaction(c.contact, change);
-        }
-        changed = true;
-        if (!close_penetrating()) break;
-    }
-    return changed;
+    return static_cast<std::size_t>(i);
 }
 
 /// Their reactions, as they are open, slip or stick.
-template <class Real> bool ProxyLoop<Real>::solve_statuses()
+template <class Real>
+bool solve_statuses(const ProxyContacts<Real>& contacts, ClosedContacts& closed)
 {
+    const ReducedOperator<Real>& op = *contacts.op;
     int n = 0;
-    for (int k = 0; k < closed_count_; ++k) {
-        ClosedContact& c = closed_[at(k)];
+    for (int k = 0; k < closed.count; ++k) {
+        ClosedContact& c = closed.contact[at(k)];
         c.first = n;
         if (c.open) continue;
-        const Mat3& axes = cone_[at(c.contact)];
+        const Mat3& axes = contacts.cone[at(c.contact)];
         if (n + (c.sticks ? 3 : 1) > kMostUnknowns) return false;
         for (int a = 0; a < (c.sticks ? 3 : 1); ++a)
-            row_[at(n++)] = {c.contact, axes.col(a),
-                             c.sticks ? Vec3(axes.col(a)) : Vec3(axes * c.direction)};
+            closed.row[at(n++)] = {c.contact, axes.col(a),
+                                   c.sticks ? Vec3(axes.col(a)) : Vec3(axes * c.direction)};
     }
     for (int i = 0; i < n; ++i) {
-        const ClosedRow& at_i = row_[at(i)];
-        right_[at(i)] = -at_i.equation.dot(q_[at(at_i.contact)]);
+        const ClosedRow& at_i = closed.row[at(i)];
+        closed.right[at(i)] = -at_i.equation.dot(contacts.q[at(at_i.contact)]);
         for (int j = 0; j < n; ++j)
-            matrix_[at(i * kMostUnknowns + j)] = at_i.equation.dot(
-                coupling_block(*op_, at_i.contact, row_[at(j)].contact) * row_[at(j)].force);
+            closed.matrix[at(i * kMostUnknowns + j)] =
+                at_i.equation.dot(coupling_block(op, at_i.contact, closed.row[at(j)].contact) *
+                                  closed.row[at(j)].force);
     }
-    if (!eliminate(matrix_.data(), right_.data(), n, kMostUnknowns)) return false;
-    for (int k = 0; k < closed_count_; ++k) {
-        ClosedContact& c = closed_[at(k)];
+    if (!eliminate(closed.matrix.data(), closed.right.data(), n, kMostUnknowns)) return false;
+    for (int k = 0; k < closed.count; ++k) {
+        ClosedContact& c = closed.contact[at(k)];
         if (c.open) continue;
-        const double* s = &right_[at(c.first)];
+        const double* s = &closed.right[at(c.first)];
         c.r = c.sticks ? Vec3(s[0], s[1], s[2]) : Vec3(s[0] * c.direction);
         if (!c.r.allFinite()) return false;
     }
@@ -134,18 +102,18 @@ template <class Real> bool ProxyLoop<Real>::solve_statuses()
 }
 
 /// Opens contacts that pull; those that stick beyond their cone become sliding.
-template <class Real> bool ProxyLoop<Real>::leave_cones()
+template <class Real> bool leave_cones(const ReducedOperator<Real>& op, ClosedContacts& closed)
 {
     bool any = false;
-    for (int k = 0; k < closed_count_; ++k) {
-        ClosedContact& c = closed_[at(k)];
+    for (int k = 0; k < closed.count; ++k) {
+        ClosedContact& c = closed.contact[at(k)];
         if (c.open) continue;
-        const double bound = contact(c.contact).mu * c.r[0], t = c.r.tail<2>().norm();
+        const double bound = op.contact[at(c.contact)].mu * c.r[0], t = c.r.tail<2>().norm();
         if (c.r[0] <= 0) {
             any = c.open = true;
         } else if (c.sticks && t > bound) {
             c.sticks = false;
-            c.direction << 1, contact(c.contact).mu / t * c.r.tail<2>();
+            c.direction << 1, op.contact[at(c.contact)].mu / t * c.r.tail<2>();
             any = true;
         }
     }
@@ -153,65 +121,100 @@ template <class Real> bool ProxyLoop<Real>::leave_cones()
 }
 
 /// Closes contacts that overlap; those that slip along their friction become sticking, and friction
-template <class Real> bool ProxyLoop<Real>::close_penetrating()
+template <class Real>
+bool close_penetrating(const ProxyContacts<Real>& contacts, ClosedContacts& closed, double content)
 {
-    const double content = 0.5 * options_.tolerance * size_;
+    const ReducedOperator<Real>& op = *contacts.op;
     bool any = false;
-    for (int k = 0; k < closed_count_; ++k) {
-        ClosedContact& c = closed_[at(k)];
-        const Vec3 u = cone_[at(c.contact)].transpose() * slip(c.contact);
+    for (int k = 0; k < closed.count; ++k) {
+        ClosedContact& c = closed.contact[at(k)];
+        const Vec3 u = contacts.cone[at(c.contact)].transpose() * slip_of(contacts, c.contact);
         const double t = u.tail<2>().norm();
         if (c.open || c.sticks || t <= content) continue;
         if (u.tail<2>().dot(c.r.tail<2>()) > 0) {
             any = c.sticks = true;
         } else {
-            const Eigen::Vector2d next = -contact(c.contact).mu / t * u.tail<2>();
+            const Eigen::Vector2d next = -op.contact[at(c.contact)].mu / t * u.tail<2>();
             any |= c.r[0] * (next - c.direction.tail<2>()).norm() > content;
             c.direction.tail<2>() = next;
         }
     }
-    for (int i = 0; i < op_->contacts; ++i) {
-        if (!r_[at(i)].isZero(0)) continue;
-        const Vec3 u = cone_[at(i)].transpose() * slip(i);
+    for (int i = 0; i < op.contacts; ++i) {
+        if (!contacts.r[at(i)].isZero(0)) continue;
+        const Vec3 u = contacts.cone[at(i)].transpose() * slip_of(contacts, i);
         if (u[0] >= -content) continue;
         int k = 0;
-        while (k < closed_count_ && closed_[at(k)].contact != i)
+        while (k < closed.count && closed.contact[at(k)].contact != i)
             ++k;
         if (k == kMostUnknowns) return false;
         const double t = u.tail<2>().norm();
         ClosedContact c{i, 0, false, false, Vec3::Zero(), Vec3::UnitX(), Vec3::Zero()};
-        if (t > 0) c.direction.tail<2>() = -contact(i).mu / t * u.tail<2>();
-        if (k < closed_count_)
-            c.before = closed_[at(k)].before;
+        if (t > 0) c.direction.tail<2>() = -op.contact[at(i)].mu / t * u.tail<2>();
+        if (k < closed.count)
+            c.before = closed.contact[at(k)].before;
         else
-            ++closed_count_;
-        closed_[at(k)] = c;
+            ++closed.count;
+        closed.contact[at(k)] = c;
         any = true;
     }
     return any;
 }
 
-/// Takes back what solve_closed() did last.
-template <class Real> void ProxyLoop<Real>::restore_closed()
+} // namespace
+
+ClosedContacts::ClosedContacts()
+    : contact(kMostUnknowns)
+    , row(kMostUnknowns)
+    , matrix(kMostUnknowns * kMostUnknowns)
+    , right(kMostUnknowns)
 {
-    for (int k = 0; k < closed_count_; ++k) {
-        const ClosedContact& c = closed_[at(k)];
-        add_reaction(c.contact, c.before - r_[at(c.contact)]);
-        r_[at(c.contact)] = c.before;
+}
+
+template <class Real>
+bool solve_closed(ProxyContacts<Real>& contacts, ClosedContacts& closed, double content)
+{
+    const ReducedOperator<Real>& op = *contacts.op;
+    int unknowns = 0;
+    closed.count = 0;
+    for (int i = 0; i < op.contacts; ++i) {
+        if (contacts.r[at(i)].isZero(0)) continue;
+        const Vec3 r = contacts.cone[at(i)].transpose() * contacts.r[at(i)];
+        const bool sticks = r.tail<2>().norm() < (1 - kInside) * op.contact[at(i)].mu * r[0];
+        unknowns += sticks ? 3 : 1;
+        if (unknowns > kMostUnknowns || !(r[0] > 0)) return false;
+        closed.contact[at(closed.count++)] = {i, 0, sticks, false, contacts.r[at(i)], r / r[0], r};
+    }
+    bool changed = false;
+    for (int round = 0; closed.count > 0 && round < kRounds && solve_statuses(contacts, closed);
+         ++round) {
+        if (leave_cones(op, closed)) continue;
+        for (int k = 0; k < closed.count; ++k) {
+            const ClosedContact& c = closed.contact[at(k)];
+            const Vec3 next =
+                           c.open ? Vec3(Vec3::Zero()) : Vec3(contacts.cone[at(c.contact)] * c.r),
+                       change = next - contacts.r[at(c.contact)];
+            contacts.r[at(c.contact)] = next;
+            add_reaction(contacts, c.contact, change);
+        }
+        changed = true;
+        if (!close_penetrating(contacts, closed, content)) break;
+    }
+    return changed;
+}
+
+template <class Real>
+void restore_closed(ProxyContacts<Real>& contacts, const ClosedContacts& closed)
+{
+    for (int k = 0; k < closed.count; ++k) {
+        const ClosedContact& c = closed.contact[at(k)];
+        add_reaction(contacts, c.contact, c.before - contacts.r[at(c.contact)]);
+        contacts.r[at(c.contact)] = c.before;
     }
 }
 
-template void ProxyLoop<float>::reserve_closed();
-template bool ProxyLoop<float>::solve_closed();
-template bool ProxyLoop<float>::solve_statuses();
-template bool ProxyLoop<float>::leave_cones();
-template bool ProxyLoop<float>::close_penetrating();
-template void ProxyLoop<float>::restore_closed();
-template void ProxyLoop<double>::reserve_closed();
-template bool ProxyLoop<double>::solve_closed();
-template bool ProxyLoop<double>::solve_statuses();
-template bool ProxyLoop<double>::leave_cones();
-template bool ProxyLoop<double>::close_penetrating();
-template void ProxyLoop<double>::restore_closed();
+template bool solve_closed(ProxyContacts<float>&, ClosedContacts&, double);
+template bool solve_closed(ProxyContacts<double>&, ClosedContacts&, double);
+template void restore_closed(ProxyContacts<float>&, const ClosedContacts&);
+template void restore_closed(ProxyContacts<double>&, const ClosedContacts&);
 
 } // namespace amontons

@@ -36,72 +36,78 @@ constexpr double kOutside = 0.05; // of a reaction: what its cone has no room fo
 
 template <class Real> double ProxyLoop<Real>::fading_at(double time) const
 {
-    if (!(blend_time_ > 0)) return 0;
-    return std::clamp(1 - (time - blend_start_) / blend_time_, 0.0, 1.0);
+    if (!(handover_.time > 0)) return 0;
+    return std::clamp(1 - (time - handover_.start) / handover_.time, 0.0, 1.0);
 }
 
 /// Stores reactions and anchors by identity, for the next operator.
 template <class Real> void ProxyLoop<Real>::store_tick()
 {
-    remembered_ = op_->contacts;
-    const double newton = op_->length / op_->compliance;
-    for (int i = 0; i < remembered_; ++i)
-        memory_[at(i)] = {contact(i).id, newton * (contact(i).frame * r_[at(i)]),
-                          newton * (contact(i).frame * before_[at(i)]), slip_time_[at(i)]};
-    std::sort(memory_.begin(), memory_.begin() + remembered_,
-              [](const Memory& a, const Memory& b) { return a.id < b.id; });
+    memory_.count = contacts_.op->contacts;
+    const double newton = contacts_.op->length / contacts_.op->compliance;
+    for (int i = 0; i < memory_.count; ++i)
+        memory_.of[at(i)] = {contact(i).id, newton * (contact(i).frame * contacts_.r[at(i)]),
+                             newton * (contact(i).frame * contacts_.before[at(i)]),
+                             contacts_.slip_time[at(i)]};
+    std::sort(memory_.of.begin(), memory_.of.begin() + memory_.count,
+              [](const ReactionMemory::OfContact& a, const ReactionMemory::OfContact& b) {
+                  return a.id < b.id;
+              });
 }
 
 /// Continues at the pose of the last tick without a jump of the force.
 /// @param anew  the reactions so far are nothing to continue from
 template <class Real> void ProxyLoop<Real>::adopt(double time, bool anew)
 {
-    const auto end = memory_.begin() + remembered_;
-    const double newton = op_->length / op_->compliance;
-    for (int i = 0; i < op_->contacts; ++i) {
-        const auto known =
-            std::lower_bound(memory_.begin(), end, contact(i).id,
-                             [](const Memory& m, std::int64_t id) { return m.id < id; });
-        r_[at(i)].setZero();
-        before_[at(i)].setZero();
-        slip_time_[at(i)] = time;
+    const auto end = memory_.of.begin() + memory_.count;
+    const double newton = contacts_.op->length / contacts_.op->compliance;
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        const auto known = std::lower_bound(
+            memory_.of.begin(), end, contact(i).id,
+            [](const ReactionMemory::OfContact& m, std::int64_t id) { return m.id < id; });
+        contacts_.r[at(i)].setZero();
+        contacts_.before[at(i)].setZero();
+        contacts_.slip_time[at(i)] = time;
         if (known == end || known->id != contact(i).id) continue;
-        r_[at(i)] = contact(i).frame.transpose() * known->r / newton;
-        before_[at(i)] =
+        contacts_.r[at(i)] = contact(i).frame.transpose() * known->r / newton;
+        contacts_.before[at(i)] =
             contact(i).frame.transpose() * known->before / newton; // the trend continues
-        slip_time_[at(i)] = known->slip_time;
-        ++matched_;
+        contacts_.slip_time[at(i)] = known->slip_time;
+        ++memory_.matched;
     }
 
     const Wrench before = last_;
-    jump_ = {};
+    handover_.jump = {};
     set_pose(device_);
     free_motion(0);
-    for (int i = 0; i < op_->contacts; ++i) {
-        Vec3 gap = cone_[at(i)].transpose() * slip(i); // normal and tangential as the law sees them
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        Vec3 gap = contacts_.cone[at(i)].transpose() *
+                   slip_of(contacts_, i); // normal and tangential as the law sees them
         Vec3 slipped = Vec3::Zero();
-        if (r_[at(i)].isZero(0)) gap[0] = std::min(gap[0], 0.0);
-        if (slip_time_[at(i)] >= op_->time) {
+        if (contacts_.r[at(i)].isZero(0)) gap[0] = std::min(gap[0], 0.0);
+        if (contacts_.slip_time[at(i)] >= contacts_.op->time) {
             slipped.tail<2>() = gap.tail<2>();
             gap.tail<2>().setZero();
         }
-        anchor_[at(i)] = -slipped;
-        fade_[at(i)] = -gap;
+        contacts_.anchor[at(i)] = -slipped;
+        contacts_.fade[at(i)] = -gap;
     }
     if (anew || has_jumped()) start_anew();
     const Wrench after = wrench(0);
-    jump_.force = before.force - after.force;
-    jump_.torque = before.torque - after.torque;
+    handover_.jump.force = before.force - after.force;
+    handover_.jump.torque = before.torque - after.torque;
 }
 
 /// Whether the two operators disagree by more than the handle can have moved bodies meanwhile, or
 /// about where the cones are.
 template <class Real> bool ProxyLoop<Real>::has_jumped() const
 {
-    for (int i = 0; i < op_->contacts; ++i) {
-        const Vec3 r = cone_[at(i)].transpose() * r_[at(i)];
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        const Vec3 r = contacts_.cone[at(i)].transpose() * contacts_.r[at(i)];
         if ((project_cone(r, contact(i).mu) - r).norm() > kOutside * r.norm()) return true;
-        if (op_->validity > 0 && op_->length * fade_[at(i)].norm() > op_->validity) return true;
+        if (contacts_.op->validity > 0 &&
+            contacts_.op->length * contacts_.fade[at(i)].norm() > contacts_.op->validity)
+            return true;
     }
     return false;
 }
@@ -109,9 +115,9 @@ template <class Real> bool ProxyLoop<Real>::has_jumped() const
 /// Solves the new operator by itself, at the last pose, as far as the tick has time for it.
 template <class Real> void ProxyLoop<Real>::start_anew()
 {
-    for (int i = 0; i < op_->contacts; ++i) {
-        r_[at(i)] = contact(i).r * (op_->compliance / op_->length);
-        before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        contacts_.r[at(i)] = contact(i).r * (contacts_.op->compliance / contacts_.op->length);
+        contacts_.before[at(i)] = contacts_.anchor[at(i)] = contacts_.fade[at(i)] = Vec3::Zero();
     }
     free_motion(0);
     for (int k = 0; k < options_.max_sweeps; ++k) {

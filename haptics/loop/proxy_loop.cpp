@@ -39,121 +39,116 @@ double wall_time()
 
 } // namespace
 
+template <class Real> void ProxyContacts<Real>::reserve(int most_contacts)
+{
+    const auto n = std::size_t(most_contacts);
+    for (auto* vectors : {&r, &before, &q, &anchor, &fade})
+        vectors->assign(n, Vec3::Zero());
+    cone.assign(n, Mat3::Identity());
+    block.resize(n);
+    slip_time.assign(n, 0);
+    u.resize(3 * n * sizeof(Real) / sizeof(Line) + 1);
+}
+
 template <class Real>
 ProxyLoop<Real>::ProxyLoop(int most_contacts, const ProxyOptions& options)
     : options_(options)
-    , add_(add_columns<Real>(options.simd))
     , capacity_(most_contacts)
     , history_(3 * most_contacts)
 {
     if (!options_.now) options_.now = wall_time;
-    const std::size_t n = at(most_contacts);
-    for (auto* vectors : {&r_, &before_, &q_, &anchor_, &fade_})
-        vectors->assign(n, Vec3::Zero());
-    cone_.assign(n, Mat3::Identity());
-    block_.resize(n);
-    slip_time_.assign(n, 0);
-    u_.resize(3 * n * sizeof(Real) / sizeof(Line) + 1);
-    memory_.resize(n);
-    reserve_closed();
-}
-
-template <class Real> Vec3 ProxyLoop<Real>::slip(int i) const
-{
-    const Real* u = u_.data()->number + 3 * i;
-    return {static_cast<double>(u[0]), static_cast<double>(u[1]), static_cast<double>(u[2])};
+    contacts_.add = add_columns<Real>(options.simd);
+    contacts_.reserve(most_contacts);
+    memory_.of.resize(at(most_contacts));
 }
 
 template <class Real> void ProxyLoop<Real>::set_pose(const HandPose& device)
 {
     device_ = device;
-    moved_ = displacement(op_->handle, device);
-    turn_ = (device.rotation * op_->handle.rotation.conjugate()).toRotationMatrix();
-    for (int i = 0; i < op_->contacts; ++i)
+    moved_ = displacement(contacts_.op->handle, device);
+    turn_ = (device.rotation * contacts_.op->handle.rotation.conjugate()).toRotationMatrix();
+    for (int i = 0; i < contacts_.op->contacts; ++i)
         if (contact(i).turns)
-            cone_[at(i)] = contact(i).frame.transpose() * turn_ * contact(i).frame;
+            contacts_.cone[at(i)] = contact(i).frame.transpose() * turn_ * contact(i).frame;
     if ((turn_ - prepared_turn_).norm() > kPreparedTurn) prepare_blocks();
 }
 
 template <class Real> void ProxyLoop<Real>::prepare_blocks()
 {
-    for (int i = 0; i < op_->contacts; ++i)
+    for (int i = 0; i < contacts_.op->contacts; ++i)
         if (contact(i).turns)
-            block_[at(i)] = prepare(cone_[at(i)].transpose() * op_->own[at(i)] * cone_[at(i)]);
+            contacts_.block[at(i)] = prepare(contacts_.cone[at(i)].transpose() *
+                                             contacts_.op->own[at(i)] * contacts_.cone[at(i)]);
     prepared_turn_ = turn_;
 }
 
 /// Extrapolates the reactions of the last two ticks, as hands move smoothly.
 template <class Real> void ProxyLoop<Real>::extrapolate()
 {
-    for (int i = 0; i < op_->contacts; ++i) {
-        const Vec3 now = r_[at(i)];
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        const Vec3 now = contacts_.r[at(i)];
         // A contact that opens or closes has no trend.
-        if (!now.isZero(0) && !before_[at(i)].isZero(0)) {
-            const Vec3 next = 2 * now - before_[at(i)];
-            const Mat3& axes = cone_[at(i)];
-            r_[at(i)] = contact(i).turns
-                            ? Vec3(axes * project_cone(axes.transpose() * next, contact(i).mu))
-                            : project_cone(next, contact(i).mu);
+        if (!now.isZero(0) && !contacts_.before[at(i)].isZero(0)) {
+            const Vec3 next = 2 * now - contacts_.before[at(i)];
+            const Mat3& axes = contacts_.cone[at(i)];
+            contacts_.r[at(i)] =
+                contact(i).turns ? Vec3(axes * project_cone(axes.transpose() * next, contact(i).mu))
+                                 : project_cone(next, contact(i).mu);
         }
-        before_[at(i)] = now;
+        contacts_.before[at(i)] = now;
     }
 }
 
 /// u = W r + q(d).
 template <class Real> void ProxyLoop<Real>::free_motion(double fading)
 {
-    Real* u = u_.data()->number;
-    const double inverse_length = 1 / op_->length;
+    Real* u = contacts_.u.data()->number;
+    const double inverse_length = 1 / contacts_.op->length;
     const Mat3 tilt = turn_ - Mat3::Identity();
-    for (int w = 0; w < op_->ways; ++w)
-        blend_[at(w)] = blend_of_samples(op_->way[at(w)], op_->way[at(w)].ahead.dot(moved_));
-    for (int i = 0; i < op_->contacts; ++i) {
+    for (int w = 0; w < contacts_.op->ways; ++w)
+        blend_[at(w)] =
+            blend_of_samples(contacts_.op->way[at(w)], contacts_.op->way[at(w)].ahead.dot(moved_));
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
         const CandidateContact& c = contact(i);
         Vec3 q = c.q;
         if (c.rigid)
             q.noalias() += c.frame.transpose() * (moved_.head<3>() + tilt * c.arm);
         else
             q.noalias() += c.J * moved_;
-        for (int w = 0; w < op_->ways; ++w) {
+        for (int w = 0; w < contacts_.op->ways; ++w) {
             const PathBlend& blend = blend_[at(w)];
-            const Vec3* bend = &op_->way[at(w)].bend[at(kMostPathSamples * i + blend.sample)];
+            const Vec3* bend =
+                &contacts_.op->way[at(w)].bend[at(kMostPathSamples * i + blend.sample)];
             q += blend.there * bend[0];
             if (blend.sample > 0) q += blend.before * bend[-1];
         }
-        q_[at(i)] = inverse_length * q;
-        const Vec3 offset = anchor_[at(i)] + fading * fade_[at(i)];
+        contacts_.q[at(i)] = inverse_length * q;
+        const Vec3 offset = contacts_.anchor[at(i)] + fading * contacts_.fade[at(i)];
         if (c.turns)
-            q_[at(i)].noalias() += cone_[at(i)] * offset;
+            contacts_.q[at(i)].noalias() += contacts_.cone[at(i)] * offset;
         else
-            q_[at(i)] += offset;
+            contacts_.q[at(i)] += offset;
         for (int k = 0; k < 3; ++k)
-            u[3 * i + k] = static_cast<Real>(q_[at(i)][k]);
+            u[3 * i + k] = static_cast<Real>(contacts_.q[at(i)][k]);
     }
-    std::fill(u + 3 * op_->contacts, u + op_->stride, Real{0});
-    for (int i = 0; i < op_->contacts; ++i)
-        if (!r_[at(i)].isZero(0)) add_reaction(i, r_[at(i)]);
-}
-
-template <class Real> void ProxyLoop<Real>::add_reaction(int i, const Vec3& change)
-{
-    ++products_;
-    add_(u_.data()->number, op_->column(3 * i), op_->column(3 * i + 1), op_->column(3 * i + 2),
-         static_cast<Real>(change[0]), static_cast<Real>(change[1]), static_cast<Real>(change[2]),
-         op_->stride);
+    std::fill(u + 3 * contacts_.op->contacts, u + contacts_.op->stride, Real{0});
+    for (int i = 0; i < contacts_.op->contacts; ++i)
+        if (!contacts_.r[at(i)].isZero(0)) add_reaction(contacts_, i, contacts_.r[at(i)]);
 }
 
 template <class Real> Vec3 ProxyLoop<Real>::residual(int i) const
 {
     const CandidateContact& c = contact(i);
-    if (!c.turns) return natural_map(r_[at(i)], slip(i), c.mu, 1);
-    const Mat3& axes = cone_[at(i)];
-    return natural_map(axes.transpose() * r_[at(i)], axes.transpose() * slip(i), c.mu, 1);
+    if (!c.turns) return natural_map(contacts_.r[at(i)], slip_of(contacts_, i), c.mu, 1);
+    const Mat3& axes = contacts_.cone[at(i)];
+    return natural_map(axes.transpose() * contacts_.r[at(i)],
+                       axes.transpose() * slip_of(contacts_, i), c.mu, 1);
 }
 
 template <class Real> bool ProxyLoop<Real>::is_on_cone(int i) const
 {
-    const Vec3 r = contact(i).turns ? Vec3(cone_[at(i)].transpose() * r_[at(i)]) : r_[at(i)];
+    const Vec3 r = contact(i).turns ? Vec3(contacts_.cone[at(i)].transpose() * contacts_.r[at(i)])
+                                    : contacts_.r[at(i)];
     return r[0] >= 0 && r.tail<2>().norm() <= (1 + kOnCone) * contact(i).mu * r[0];
 }
 
@@ -162,13 +157,13 @@ template <class Real> bool ProxyLoop<Real>::is_on_cone(int i) const
 template <class Real> double ProxyLoop<Real>::visit(int i, double content)
 {
     const CandidateContact& c = contact(i);
-    Vec3& r = r_[at(i)];
+    Vec3& r = contacts_.r[at(i)];
     const double square = residual(i).squaredNorm();
     // An extrapolated reaction may have left its cone by little.
     if (square <= content * content && is_on_cone(i)) return square;
 
-    Vec3 u = slip(i), old = r, b = u - op_->own[at(i)] * r;
-    const Mat3& axes = cone_[at(i)];
+    Vec3 u = slip_of(contacts_, i), old = r, b = u - contacts_.op->own[at(i)] * r;
+    const Mat3& axes = contacts_.cone[at(i)];
     if (c.turns) {
         u = axes.transpose() * u;
         old = axes.transpose() * old;
@@ -177,17 +172,17 @@ template <class Real> double ProxyLoop<Real>::visit(int i, double content)
     // Neighbours change again before it counts: one step of Newton's method is enough of a slip.
     const double rt = old.tail<2>().norm();
     const LocalReaction local =
-        solve_local(block_[at(i)], c.mu, b, rt > 0 ? u.tail<2>().norm() / rt : 0, true);
+        solve_local(contacts_.block[at(i)], c.mu, b, rt > 0 ? u.tail<2>().norm() / rt : 0, true);
     Vec3 next = local.r;
     if (local.state == LocalState::unsolved) {
-        const double trace = op_->own[at(i)].trace();
+        const double trace = contacts_.op->own[at(i)].trace();
         if (!(trace > 0) || !u.allFinite()) return square;
         next = project_cone(old - 3 / trace * shifted_slip(u, c.mu), c.mu);
     }
     if (c.turns) next = axes * next;
     const Vec3 change = next - r;
     r = next;
-    add_reaction(i, change);
+    add_reaction(contacts_, i, change);
     return square;
 }
 
@@ -195,9 +190,9 @@ template <class Real> double ProxyLoop<Real>::visit(int i, double content)
 template <class Real> double ProxyLoop<Real>::error()
 {
     double sum = 0, acting = 0, all = 0;
-    for (int i = 0; i < op_->contacts; ++i) {
-        const double q = q_[at(i)].squaredNorm();
-        const bool open = r_[at(i)].isZero(0) && slip(i)[0] >= 0;
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        const double q = contacts_.q[at(i)].squaredNorm();
+        const bool open = contacts_.r[at(i)].isZero(0) && slip_of(contacts_, i)[0] >= 0;
         all += q;
         if (open) continue; // its residual is 0, but for rounding of a turned frame
         acting += q;
@@ -213,9 +208,9 @@ template <class Real> double ProxyLoop<Real>::error()
 template <class Real> double ProxyLoop<Real>::sweep()
 {
     // If the residual of every contact is below this, that of all is below the tolerance.
-    const double share = 0.5 * options_.tolerance / std::sqrt(std::max(op_->contacts, 1));
+    const double share = 0.5 * options_.tolerance / std::sqrt(std::max(contacts_.op->contacts, 1));
     double square = 0;
-    for (int i = 0; i < op_->contacts; ++i)
+    for (int i = 0; i < contacts_.op->contacts; ++i)
         square += visit(i, share * size_);
     return std::sqrt(square) / size_;
 }
@@ -223,25 +218,25 @@ template <class Real> double ProxyLoop<Real>::sweep()
 template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
 {
     Wrench w;
-    for (int i = 0; i < op_->contacts; ++i) {
-        if (r_[at(i)].isZero(0)) continue;
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
+        if (contacts_.r[at(i)].isZero(0)) continue;
         const CandidateContact& c = contact(i);
         if (c.rigid) {
-            const Vec3 force = c.frame * r_[at(i)];
+            const Vec3 force = c.frame * contacts_.r[at(i)];
             w.force += force;
             w.torque += (turn_ * c.arm).cross(force);
         } else {
-            const Vec6 both = c.J.transpose() * r_[at(i)];
+            const Vec6 both = c.J.transpose() * contacts_.r[at(i)];
             w.force += both.head<3>();
             w.torque += both.tail<3>();
         }
     }
-    const double scale = op_->length / op_->compliance;
-    const Vec6 own = op_->stiffness * moved_;
-    Wrench rest = op_->rest;
-    for (int i = 0; i < op_->ways; ++i) {
+    const double scale = contacts_.op->length / contacts_.op->compliance;
+    const Vec6 own = contacts_.op->stiffness * moved_;
+    Wrench rest = contacts_.op->rest;
+    for (int i = 0; i < contacts_.op->ways; ++i) {
         const auto add_bend = [&](int sample, double share) {
-            const Wrench& bend = op_->way[at(i)].rest[at(sample)];
+            const Wrench& bend = contacts_.op->way[at(i)].rest[at(sample)];
             rest.force += share * bend.force;
             rest.torque += share * bend.torque;
         };
@@ -249,20 +244,20 @@ template <class Real> Wrench ProxyLoop<Real>::wrench(double fading) const
         add_bend(blend.sample, blend.there);
         if (blend.sample > 0) add_bend(blend.sample - 1, blend.before);
     }
-    w.force = scale * w.force + rest.force - own.head<3>() + fading * jump_.force;
-    w.torque = scale * w.torque + rest.torque - own.tail<3>() + fading * jump_.torque;
+    w.force = scale * w.force + rest.force - own.head<3>() + fading * handover_.jump.force;
+    w.torque = scale * w.torque + rest.torque - own.tail<3>() + fading * handover_.jump.torque;
     return w;
 }
 
 /// The slip of this tick has happened: the next one counts from here.
 template <class Real> void ProxyLoop<Real>::anchor_slip(double time)
 {
-    for (int i = 0; i < op_->contacts; ++i) {
+    for (int i = 0; i < contacts_.op->contacts; ++i) {
         const CandidateContact& c = contact(i);
-        Vec3 r = r_[at(i)], u = slip(i);
+        Vec3 r = contacts_.r[at(i)], u = slip_of(contacts_, i);
         if (c.turns) {
-            r = cone_[at(i)].transpose() * r;
-            u = cone_[at(i)].transpose() * u;
+            r = contacts_.cone[at(i)].transpose() * r;
+            u = contacts_.cone[at(i)].transpose() * u;
         }
         const bool open = r.isZero(0);
         // What a contact that sticks has left is the solver's error: anchored, it would creep. The
@@ -271,16 +266,16 @@ template <class Real> void ProxyLoop<Real>::anchor_slip(double time)
             r.tail<2>().norm() >= (1 - kOnCone) * c.mu * r[0] && r.tail<2>().dot(u.tail<2>()) <= 0;
         if (!open && !slips) continue;
         u[0] = 0;
-        anchor_[at(i)] -= u;
-        slip_time_[at(i)] = time;
+        contacts_.anchor[at(i)] -= u;
+        contacts_.slip_time[at(i)] = time;
     }
 }
 
 template <class Real> void ProxyLoop<Real>::clear()
 {
-    for (auto* vectors : {&r_, &before_, &anchor_, &fade_})
+    for (auto* vectors : {&contacts_.r, &contacts_.before, &contacts_.anchor, &contacts_.fade})
         std::fill(vectors->begin(), vectors->end(), Vec3::Zero());
-    jump_ = {};
+    handover_.jump = {};
     unsettled_ = false;
     last_ = {};
 }
@@ -288,7 +283,7 @@ template <class Real> void ProxyLoop<Real>::clear()
 template <class Real> void ProxyLoop<Real>::begin()
 {
     begun_ = true;
-    products_ = 0;
+    contacts_.products = 0;
     if (options_.budget > 0) start_ = options_.now();
 }
 
@@ -302,12 +297,12 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     ProxyTick result;
     if (!begun_) begin();
     begun_ = false;
-    if (!op_ || is_broken(device)) return result;
+    if (!contacts_.op || is_broken(device)) return result;
 
     // ---- The problem at this pose: u = W r + q(d). The body in the hand jumps where that was
     // predicted, and its force with it
     while (has_jumped_by(device))
-        begin_operator(op_->after[0]);
+        begin_operator(contacts_.op->after[0]);
     set_pose(device);
     const double fading = fading_at(time);
     // An unsolved tick gives no trend but that of the solver.
@@ -324,10 +319,10 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     double best = std::numeric_limits<double>::infinity(); // error of those that did not
     while (result.error > options_.tolerance && result.sweeps < options_.max_sweeps && in_time()) {
         if (!together && history_.can_extrapolate())
-            history_.extrapolate(r_.data()->data(), u_.data()->number);
-        history_.before_sweep(r_.data()->data(), 3 * op_->contacts);
+            history_.extrapolate(contacts_.r.data()->data(), contacts_.u.data()->number);
+        history_.before_sweep(contacts_.r.data()->data(), 3 * contacts_.op->contacts);
         const double error_now = sweep();
-        history_.after_sweep(r_.data()->data(), u_.data()->number);
+        history_.after_sweep(contacts_.r.data()->data(), contacts_.u.data()->number);
         if (error_now > least) history_.clear(); // it no longer predicts the next error
         least = std::min(least, error_now);
         ++result.sweeps;
@@ -338,14 +333,14 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
         if (known && result.error <= options_.tolerance) break;
         if (failed >= kFailures) continue;
         const double before = known ? result.error : error();
-        if (!solve_closed()) continue;
+        if (!solve_closed(contacts_, closed_, 0.5 * options_.tolerance * size_)) continue;
         const double after = error();
         if (after < std::min(before, kBetter * best)) {
             best = after;
             known = together = true;
             result.error = after;
         } else {
-            restore_closed();
+            restore_closed(contacts_, closed_);
             ++failed;
             error();
         }
@@ -358,8 +353,8 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     unsettled_ |= result.error > kLost;
     if (unsettled_ && !is_broken(result.wrench)) {
         const Wrench own = wrench(0);
-        jump_ = {last_.force - own.force, last_.torque - own.torque};
-        blend_start_ = time;
+        handover_.jump = {last_.force - own.force, last_.torque - own.torque};
+        handover_.start = time;
         result.wrench = last_;
         unsettled_ = !result.converged;
     }
@@ -374,37 +369,38 @@ template <class Real> ProxyTick ProxyLoop<Real>::tick(const HandPose& device, do
     last_ = result.wrench;
 
     // ---- Report
-    result.products = products_;
-    result.contacts = op_->contacts;
-    for (int i = 0; i < op_->contacts; ++i)
-        result.closed += !r_[at(i)].isZero(0);
+    result.products = contacts_.products;
+    result.contacts = contacts_.op->contacts;
+    for (int i = 0; i < contacts_.op->contacts; ++i)
+        result.closed += !contacts_.r[at(i)].isZero(0);
     result.new_operator = taken_;
-    result.matched = matched_;
+    result.matched = memory_.matched;
     taken_ = false;
     result.distance = moved_.head<3>().norm();
-    result.valid = !(op_->validity > 0) || result.distance <= op_->validity;
+    result.valid = !(contacts_.op->validity > 0) || result.distance <= contacts_.op->validity;
     return result;
 }
 
 /// On the way to this pose the operator's body has jumped.
 template <class Real> bool ProxyLoop<Real>::has_jumped_by(const HandPose& device) const
 {
-    return std::isfinite(op_->jump_at) &&
-           op_->way[0].ahead.dot(displacement(op_->handle, device)) >= op_->jump_at;
+    return std::isfinite(contacts_.op->jump_at) &&
+           contacts_.op->way[0].ahead.dot(displacement(contacts_.op->handle, device)) >=
+               contacts_.op->jump_at;
 }
 
 /// With its own reactions, and no slip yet.
 template <class Real> void ProxyLoop<Real>::begin_operator(const ReducedOperator<Real>& op)
 {
-    op_ = &op;
+    contacts_.op = &op;
     history_.clear();
     turn_ = prepared_turn_ = Mat3::Identity();
     for (int i = 0; i < op.contacts; ++i) {
-        cone_[at(i)] = Mat3::Identity();
-        block_[at(i)] = op.block[at(i)];
-        r_[at(i)] = contact(i).r * (op.compliance / op.length);
-        before_[at(i)] = anchor_[at(i)] = fade_[at(i)] = Vec3::Zero();
-        slip_time_[at(i)] = op.time;
+        contacts_.cone[at(i)] = Mat3::Identity();
+        contacts_.block[at(i)] = op.block[at(i)];
+        contacts_.r[at(i)] = contact(i).r * (op.compliance / op.length);
+        contacts_.before[at(i)] = contacts_.anchor[at(i)] = contacts_.fade[at(i)] = Vec3::Zero();
+        contacts_.slip_time[at(i)] = op.time;
     }
 }
 
@@ -414,33 +410,35 @@ template <class Real> bool ProxyLoop<Real>::take(const ReducedOperator<Real>& op
     if (op.contacts > capacity_) return false;
     // Without a tick since the last one there is no force to continue from, nor a pose it was felt
     // at.
-    const bool first = op_ == nullptr || taken_;
+    const bool first = contacts_.op == nullptr || taken_;
     if (!first) store_tick();
     begin_operator(op);
     while (!first && has_jumped_by(device_))
-        begin_operator(op_->after[0]);
+        begin_operator(contacts_.op->after[0]);
     taken_ = true;
-    matched_ = 0;
-    jump_ = {};
+    memory_.matched = 0;
+    handover_.jump = {};
     const bool held = unsettled_; // the force is not that of the reactions: they are no answer
     unsettled_ = false;
-    blend_start_ = time;
-    blend_time_ = first ? 0 : options_.blend * op.period;
-    if (blend_time_ > 0) adopt(time, held);
+    handover_.start = time;
+    handover_.time = first ? 0 : options_.blend * op.period;
+    if (handover_.time > 0) adopt(time, held);
     return true;
 }
 
 template <class Real> void ProxyLoop<Real>::release(const HandPose& device, double time)
 {
-    if (!op_) return;
+    if (!contacts_.op) return;
     clear();
     device_ = device;
-    remembered_ = 0;
-    blend_start_ = time;
-    blend_time_ = options_.blend * op_->period;
+    memory_.count = 0;
+    handover_.start = time;
+    handover_.time = options_.blend * contacts_.op->period;
     adopt(time, false);
 }
 
+template struct ProxyContacts<float>;
+template struct ProxyContacts<double>;
 template class ProxyLoop<float>;
 template class ProxyLoop<double>;
 

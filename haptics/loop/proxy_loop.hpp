@@ -1,7 +1,6 @@
 #pragma once
 
-#include "contact/solvers/local.hpp"
-#include "haptics/loop/columns.hpp"
+#include "haptics/loop/proxy_contacts.hpp"
 #include "haptics/loop/sweep_history.hpp"
 #include "haptics/reduced_operator.hpp"
 
@@ -43,19 +42,23 @@ struct ProxyTick {
     bool valid = true;   ///< distance <= the operator's validity, if that is set
 };
 
-/// A contact with a force, where those are solved together.
-struct ClosedContact {
-    int contact = 0, first = 0; ///< first: of its unknowns
-    bool sticks = false, open = false;
-    Vec3 before;    ///< its reaction when that began, in the operator's frame
-    Vec3 direction; ///< of its reaction, per normal force, in the turned frame ...
-    Vec3 r;         ///< ... and itself
+/// The transition from an operator to the next.
+struct OperatorHandover {
+    double start = 0, time = 0; ///< of what fades [s]
+    Wrench jump;                ///< that the hand-over would make: fades
 };
-/// An equation of the closed contacts, and its unknown.
-struct ClosedRow {
-    /// Number of the contact.
-    int contact = 0;
-    Vec3 equation, force; ///< in the operator's frame
+/// What outlives the operator of the contacts, by their identity.
+struct ReactionMemory {
+    /// Of a contact, in world axes.
+    struct OfContact {
+        std::int64_t id = 0;  ///< its identity
+        Vec3 r{0, 0, 0};      ///< [N]
+        Vec3 before{0, 0, 0}; ///< a tick earlier [N]
+        double slip_time = 0; ///< [s]
+    };
+    std::vector<OfContact> of; ///< of fixed capacity: `count` in use, ascending by identity
+    int count = 0;
+    int matched = 0; ///< contacts of the present operator that were known
 };
 
 /// Solves u = W r + q(d) for the device pose d, tick after tick.
@@ -90,24 +93,19 @@ public:
     void release(const HandPose& device, double time);
 
     /// The operator in use; nullptr before the first.
-    const ReducedOperator<Real>* current() const { return op_; }
-    long products() const { return products_; } ///< of this tick, so far
+    const ReducedOperator<Real>* current() const { return contacts_.op; }
+    long products() const { return contacts_.products; } ///< of this tick, so far
     /// Reaction of a contact, (n, t1, t2) of its frame in the operator [N].
-    Vec3 reaction(int i) const { return r_[at(i)] * (op_->length / op_->compliance); }
+    Vec3 reaction(int i) const
+    {
+        return contacts_.r[at(i)] * (contacts_.op->length / contacts_.op->compliance);
+    }
     /// Gap and slip of a contact at the end of the last tick [m].
-    Vec3 u(int i) const { return op_->length * slip(i); }
+    Vec3 u(int i) const { return contacts_.op->length * slip_of(contacts_, i); }
 
 private:
-    using Line = typename ReducedOperator<Real>::Line;
-    struct Memory { // of a contact, in world axes: what outlives its operator
-        std::int64_t id = 0;
-        Vec3 r{0, 0, 0};      // [N]
-        Vec3 before{0, 0, 0}; // a tick earlier [N]
-        double slip_time = 0; // [s]
-    };
     static std::size_t at(int i) { return static_cast<std::size_t>(i); }
-    const CandidateContact& contact(int i) const { return op_->contact[at(i)]; }
-    Vec3 slip(int i) const;
+    const CandidateContact& contact(int i) const { return contacts_.op->contact[at(i)]; }
     Vec3 residual(int i) const;
 
     bool in_time() const;
@@ -119,7 +117,6 @@ private:
     void prepare_blocks();
     void extrapolate();
     void free_motion(double fading);
-    void add_reaction(int i, const Vec3& change);
     bool is_on_cone(int i) const;
     double visit(int i, double content);
     void anchor_slip(double time);
@@ -127,14 +124,6 @@ private:
     double sweep();
     Wrench wrench(double fading) const;
     void clear();
-
-    // closed_contacts.cpp: those with a force, all at once
-    void reserve_closed();
-    bool solve_closed();
-    bool solve_statuses();
-    bool leave_cones();
-    bool close_penetrating();
-    void restore_closed();
 
     // operator_update.cpp: from one operator to the next
     void store_tick();
@@ -144,24 +133,10 @@ private:
     double fading_at(double time) const; // 1 at the hand-over, 0 after the blend
 
     ProxyOptions options_;
-    AddColumns<Real> add_;
     int capacity_;
-    const ReducedOperator<Real>* op_ = nullptr;
-
-    // Per contact, in the operator's frame and without dimensions.
-    std::vector<Vec3> r_, q_;       // q_ is q(d) with anchor and fading
-    std::vector<Vec3> before_;      // r of the tick before, 0 if there was none
-    std::vector<Mat3> cone_;        // axes of the turned frame; one where it does not turn
-    std::vector<LocalBlock> block_; // W_ii in the turned frame, prepared
-    std::vector<Vec3> anchor_;      // added to q, in the turned frame: minus the slip so far
-    std::vector<Vec3> fade_;        // the same: what differs from the operator before
-    std::vector<double> slip_time_; // when it last slipped or was open [s]
-    std::vector<Line> u_;           // W r + q, rows in one row
+    ProxyContacts<Real> contacts_;
     SweepHistory<Real> history_;
-    std::vector<ClosedContact> closed_;
-    std::vector<ClosedRow> row_;
-    std::vector<double> matrix_, right_;
-    int closed_count_ = 0;
+    ClosedContacts closed_;
     double size_ = 0; // of the acting rows of q
 
     HandPose device_;
@@ -170,16 +145,13 @@ private:
     std::array<PathBlend, kMostPaths> blend_; // of the operator's ways, at this pose
     Mat3 turn_ = Mat3::Identity(), prepared_turn_ = Mat3::Identity();
 
-    double blend_start_ = 0, blend_time_ = 0; // [s]
-    Wrench jump_;                             // that the hand-over would make: fades
-    std::vector<Memory> memory_;              // by identity
-    int remembered_ = 0, matched_ = 0;
+    OperatorHandover handover_;
+    ReactionMemory memory_;
     bool taken_ = false;     // since the last tick
     bool unsettled_ = false; // an operator that start_anew() had no time for
     bool converged_ = true;  // the tick before
     bool begun_ = false;     // this tick
     double start_ = 0;       // of it, on the budget's clock [s]
-    long products_ = 0;      // in it
 };
 
 extern template class ProxyLoop<float>;

@@ -22,11 +22,11 @@ std::string haptic_json(const HapticOutcome& o, const HapticSettings& set, const
     JsonText json;
     json.open('{').member("status", o.status).member("rate", s.rate);
     json.member("ticks", std::int64_t(s.ticks)).key("missed").open('{');
-    json.member("compute", std::int64_t(s.missed_compute));
-    json.member("host", std::int64_t(s.missed_host));
-    json.member("wake", std::int64_t(s.missed_wake));
-    json.member("preempted", std::int64_t(s.missed_preempted));
-    json.member("longest", std::int64_t(s.longest_miss)).close('}');
+    json.member("compute", std::int64_t(s.missed.compute));
+    json.member("host", std::int64_t(s.missed.host));
+    json.member("wake", std::int64_t(s.missed.wake));
+    json.member("preempted", std::int64_t(s.missed.preempted));
+    json.member("longest", std::int64_t(s.missed.longest)).close('}');
     add_percentiles(json, "compute", s.compute);
     add_percentiles(json, "wake", s.wake);
     if (o.real_time) {
@@ -106,8 +106,8 @@ std::string haptic_table(const HapticOutcome& o, const HapticSettings& set, cons
             fmt::format(
                 "{} by the loop's work, {} by the host, {} by a late wake-up, {} preempted, {} in "
                 "a row left out",
-                s.missed_compute, s.missed_host, s.missed_wake, s.missed_preempted,
-                s.longest_miss));
+                s.missed.compute, s.missed.host, s.missed.wake, s.missed.preempted,
+                s.missed.longest));
         row("page faults", fmt::format("{} in the loop", o.page_faults));
         if (o.page_faults > 0 && o.pages_moved > 0)
             row("", fmt::format("meanwhile the kernel moved {} pages, locked ones, too, unless the "

@@ -292,10 +292,10 @@ TEST_CASE("a tick that is missed is reported by what made it late")
     };
     const HapticLoop<float> loop(1, {});
     const HapticSummary s = summarise<float>(records, loop, 1e-3, true);
-    CHECK(s.missed_compute == 1);
-    CHECK(s.missed_host == 1);
-    CHECK(s.missed_wake == 2);
-    CHECK(s.missed_preempted == 1);
+    CHECK(s.missed.compute == 1);
+    CHECK(s.missed.host == 1);
+    CHECK(s.missed.wake == 2);
+    CHECK(s.missed.preempted == 1);
 }
 
 TEST_CASE(

@@ -69,11 +69,11 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
         if (!real_time) continue;
         cpu.push_back(r.cpu);
         if (r.cpu > period) // too long though it had begun in time
-            ++(is_usual(r, records, period) ? s.missed_host : s.missed_compute);
+            ++(is_usual(r, records, period) ? s.missed.host : s.missed.compute);
         else if (r.wake + r.cpu > period)
-            ++s.missed_wake;
+            ++s.missed.wake;
         else if (r.wake + r.compute > period)
-            ++s.missed_preempted;
+            ++s.missed.preempted;
     }
     s.over_tolerance = error.empty() ? 0 : double(over) / double(error.size());
     s.compute = percentiles(std::move(compute));
@@ -89,7 +89,7 @@ HapticSummary summarise(std::span<const TickRecord> records, const HapticLoop<Re
     for (std::size_t k = 1; k < records.size(); ++k) {
         const TickRecord &a = records[k - 1], &b = records[k];
         const long gap = std::lround((b.time - a.time) / period);
-        s.longest_miss = std::max(s.longest_miss, gap - 1);
+        s.missed.longest = std::max(s.missed.longest, gap - 1);
         s.largest_change_sent =
             std::max(s.largest_change_sent, (b.sent.force - a.sent.force).norm());
         s.largest_rise_sent =

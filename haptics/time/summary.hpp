@@ -18,16 +18,22 @@ struct Percentiles {
 /// Of any numbers; all 0 if there are none. The share q of them is no larger than the percentile.
 Percentiles percentiles(std::vector<double> numbers);
 
+/// Ticks that were not finished when the next was due, by cause.
+struct MissedTicks {
+    long compute = 0; ///< their own work
+    /// A pause of the host, which a virtual machine counts as processor time: half of the ticks
+    /// with as many products or more took less than half a period.
+    long host = 0;
+    long wake = 0;      ///< a late start
+    long preempted = 0; ///< other processes on the processor
+    long longest = 0;   ///< left out in a row
+};
+
 /// Quantities of a run, as `haptics.json` writes them.
 struct HapticSummary {
     double rate = 0; ///< ticks over the time they took [Hz]
     long ticks = 0;
-    /// Ticks that were not finished when the next was due, by cause: their own work; a pause of the
-    /// host, which a virtual machine counts as processor time (half of the ticks with as many
-    /// products or more took less than half a period); a late start; other processes on the
-    /// processor.
-    long missed_compute = 0, missed_host = 0, missed_wake = 0, missed_preempted = 0;
-    long longest_miss = 0;          ///< ticks left out in a row
+    MissedTicks missed;
     Percentiles compute, wake, cpu; ///< [s]
     Percentiles error;              ///< of the natural map at the end of a tick [-]
     Percentiles sweeps;

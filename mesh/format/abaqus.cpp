@@ -60,6 +60,32 @@ struct RawFace {
     std::size_t line = 0;
 };
 
+/// Of a file of parts, instances of these and their assembly.
+struct Assembly {
+    int instances = 0, parts = 0;
+    bool open = false; // in the assembly now
+};
+
+/// Whether nodes that come now are the assembly's own, beside those of its parts.
+bool has_own_nodes(const Assembly& a)
+{
+    return a.open && a.instances > 0 && a.parts > 0;
+}
+
+/// What is noted once of each keyword, type of elements and set.
+struct NotedOnce {
+    std::set<std::string> keywords, lines;
+    std::set<std::size_t> gaps; // lines of sets
+    std::string passed_over;    // text of the keywords
+};
+
+void note_passed_over(NotedOnce& noted, const std::string& keyword, std::size_t line)
+{
+    if (!noted.keywords.insert(keyword).second) return;
+    noted.passed_over += (noted.passed_over.empty() ? "*" : ", *") + keyword.substr(0, 40) +
+                         " (line " + std::to_string(line) + ")";
+}
+
 class AbaqusReader {
 public:
     AbaqusReader(std::string_view text, FileIssues& issues, VolumeBuilder& builder)
@@ -153,13 +179,14 @@ private:
             begin_surface(p);
         } else if (keyword == "INSTANCE") {
             section_ = Section::instance;
-            if (++instances_ > 1) refuse_keyword(keyword, "one instance: a mesh of one part");
+            if (++assembly_.instances > 1)
+                refuse_keyword(keyword, "one instance: a mesh of one part");
         } else if (keyword == "PART") {
-            if (++parts_ > 1) refuse_keyword(keyword, "one part");
+            if (++assembly_.parts > 1) refuse_keyword(keyword, "one part");
         } else if (keyword == "ASSEMBLY") {
-            in_assembly_ = true;
+            assembly_.open = true;
         } else if (keyword == "ENDASSEMBLY") {
-            in_assembly_ = false;
+            assembly_.open = false;
         } else if (keyword == "STEP") {
             step_line_ = keyword_line_;
         } else if (keyword == "NGEN" || keyword == "NFILL" || keyword == "NCOPY" ||
@@ -168,9 +195,7 @@ private:
             refuse_keyword(keyword, "nodes and elements written out");
         } else if (keyword != "HEADING" && keyword != "ENDPART" && keyword != "ENDINSTANCE" &&
                    keyword != "PREPRINT" && keyword != "ENDSTEP") {
-            if (passed_over_.insert(keyword).second)
-                passed_text_ += (passed_text_.empty() ? "" : ", ") + ("*" + keyword.substr(0, 40)) +
-                                " (line " + std::to_string(keyword_line_) + ")";
+            note_passed_over(noted_, keyword, keyword_line_);
         }
     }
 
@@ -181,7 +206,7 @@ private:
 
     void begin_nodes(const Parameters& p)
     {
-        if (in_assembly_ && instances_ > 0 && parts_ > 0) {
+        if (has_own_nodes(assembly_)) {
             builder_.note("line " + std::to_string(keyword_line_) +
                           ": nodes of the assembly are passed over");
             return;
@@ -207,7 +232,7 @@ private:
         if (type_.use == AbaqusType::Use::other_solid)
             issues_.add(line_place(keyword_line_), "elements of type " + quoted_text(type_name_),
                         "C3D4, C3D10, C3D8 and their variants");
-        else if (type_.use == AbaqusType::Use::line && lines_seen_.insert(type_name_).second)
+        else if (type_.use == AbaqusType::Use::line && noted_.lines.insert(type_name_).second)
             builder_.note("line " + std::to_string(keyword_line_) + ": of elements of type " +
                           quoted_text(type_name_) + " only the nodes count, in sets");
     }
@@ -477,7 +502,7 @@ private:
                     ++missing;
             }
         }
-        if (missing > 0 && gaps_noted_.insert(set.line).second)
+        if (missing > 0 && noted_.gaps.insert(set.line).second)
             builder_.note("set " + quoted_text(set.name) + ": " + std::to_string(missing) +
                           " numbers of a range belong to nothing");
         return all;
@@ -485,7 +510,7 @@ private:
 
     void finish()
     {
-        if (!passed_text_.empty()) builder_.note("passed over: " + passed_text_);
+        if (!noted_.passed_over.empty()) builder_.note("passed over: " + noted_.passed_over);
         const LabelMap nodes(node_labels_), elements(element_labels_);
         for (const auto& [key, set] : node_sets_) {
             const std::size_t to = builder_.node_set(set.name);
@@ -544,8 +569,8 @@ private:
     FileIssues& issues_;
     VolumeBuilder& builder_;
     std::size_t line_number_ = 0, keyword_line_ = 0, step_line_ = 0;
-    int instances_ = 0, parts_ = 0;
-    bool in_assembly_ = false, generate_ = false;
+    Assembly assembly_;
+    bool generate_ = false;
     Section section_ = Section::skipped;
     AbaqusType type_;
     std::string type_name_;
@@ -558,9 +583,7 @@ private:
     RawSet* current_element_set_ = nullptr;
     std::map<std::string, std::pair<std::string, std::vector<RawFace>>> surfaces_;
     std::pair<std::string, std::vector<RawFace>>* surface_ = nullptr;
-    std::set<std::string> passed_over_, lines_seen_;
-    std::set<std::size_t> gaps_noted_; // lines of sets
-    std::string passed_text_;
+    NotedOnce noted_;
 };
 
 } // namespace

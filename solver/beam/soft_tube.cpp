@@ -41,6 +41,158 @@ Wall wall_of(const SolidTubeOptions& o)
 
 } // namespace
 
+// ---- the grid and its columns ------------------------------------------------------------
+
+TubeGrid tube_grid(const SolidTubeOptions& options, const VolumeMesh& mesh)
+{
+    TubeGrid grid;
+    // A T10's middle nodes make the grid twice as fine.
+    const std::int32_t half = options.kind == ElementKind::H8 ? 2 : 1;
+    const std::vector<TubeSection> all = tube_sections(options);
+    grid.rings = 2 * options.along / half + 1;
+    grid.ring = 2 * options.around / half;
+    grid.ring_distance = options.centreline.length() / (grid.rings - 1);
+    const auto key = [&](const Vec3& x) {
+        const double unit = 1e-6 * options.thickness;
+        return std::array{std::llround(x[0] / unit), std::llround(x[1] / unit),
+                          std::llround(x[2] / unit)};
+    };
+    std::map<std::array<long long, 3>, std::int32_t> node_at;
+    for (std::size_t i = 0; i < mesh.nodes.size(); ++i)
+        node_at[key(mesh.nodes[i])] = std::int32_t(i);
+    for (std::int32_t i = 0; i < grid.rings; ++i)
+        for (std::int32_t k = 0; k < grid.ring; ++k) {
+            const Vec3 x = tube_point(options, all, half * i, 0, half * k);
+            std::int32_t found = -1;
+            for (int corner = 0; corner < 27 && found < 0; ++corner) { // rounding of the key
+                std::array<long long, 3> at = key(x);
+                at[0] += corner % 3 - 1, at[1] += corner / 3 % 3 - 1, at[2] += corner / 9 - 1;
+                if (const auto it = node_at.find(at); it != node_at.end()) found = it->second;
+            }
+            AMONTONS_ASSERT(found >= 0);
+            grid.node.push_back(found);
+        }
+    return grid;
+}
+
+TubePlace place_on(const TubeGrid& grid, double along, double around)
+{
+    TubePlace p;
+    p.along = along;
+    p.around = around;
+    double wa[4], da[4], ea[4], wb[4], db[4], eb[4];
+    const double a = std::clamp(along / grid.ring_distance, 0.0, double(grid.rings - 1));
+    const double i = std::min(std::floor(a), double(grid.rings - 2));
+    cubic(a - i, wa, da, ea);
+    const double turn = around / (2 * std::numbers::pi) * grid.ring;
+    const double k = std::floor(turn);
+    cubic(turn - k, wb, db, eb);
+    const double turns = grid.ring / (2 * std::numbers::pi);
+    // Beyond its ends the tube moves as its ends do.
+    const bool outside = along < 0 || along > grid.ring_distance * (grid.rings - 1);
+    for (int m = 0; m < 4; ++m)
+        for (int n = 0; n < 4; ++n) {
+            const auto at = std::size_t(4 * m + n);
+            const auto ring = std::clamp(std::int32_t(i) + m - 1, 0, grid.rings - 1);
+            auto in_ring = (std::int64_t(k) + n - 1) % grid.ring;
+            if (in_ring < 0) in_ring += grid.ring;
+            p.node[at] = ring * grid.ring + std::int32_t(in_ring);
+            p.weight[at] = wa[m] * wb[n];
+            p.by_along[at] = outside ? 0 : da[m] / grid.ring_distance * wb[n];
+            p.by_around[at] = wa[m] * db[n] * turns;
+            p.second[0][at] =
+                outside ? 0 : ea[m] * wb[n] / (grid.ring_distance * grid.ring_distance);
+            p.second[1][at] = outside ? 0 : da[m] * db[n] / grid.ring_distance * turns;
+            p.second[2][at] = wa[m] * eb[n] * turns * turns;
+        }
+    return p;
+}
+
+TubeColumns tube_columns(const TubeGrid& grid, const FreeDofs& dofs)
+{
+    TubeColumns columns;
+    const std::vector<std::int32_t>& inner = grid.node;
+    for (std::size_t g = 0; g < inner.size(); ++g)
+        for (int a = 0; a < 3; ++a)
+            if (const auto n = dofs.number[std::size_t(3 * inner[g] + a)]; n >= 0) {
+                columns.rows.push_back(n);
+                columns.row_place.push_back(std::int32_t(3 * g) + a);
+            }
+    columns.column.resize(inner.size());
+    columns.pieces.resize(inner.size());
+    columns.number.assign(inner.size(), -1);
+    return columns;
+}
+
+void solve_columns(const TubeGrid& grid, const FreeDofs& dofs, const SupernodalFactor& K,
+                   std::span<const std::int32_t> grid_nodes, TubeColumns& columns)
+{
+    // By blocks that are always the same: a column's last bit depends on those solved with it.
+    for (const std::int32_t g : grid_nodes) {
+        if (columns.column[std::size_t(g)]) continue;
+        const std::int32_t first = g / kBlock * kBlock;
+        const auto end = std::min(first + kBlock, std::int32_t(grid.node.size()));
+        std::vector<std::int32_t> dof, place;
+        for (std::int32_t i = first; i < end; ++i) {
+            columns.column[std::size_t(i)] = std::make_unique<Eigen::MatrixXd>(
+                Eigen::MatrixXd::Zero(3 * Eigen::Index(grid.node.size()), 3));
+            for (int a = 0; a < 3; ++a)
+                if (const auto n = dofs.number[std::size_t(3 * grid.node[std::size_t(i)] + a)];
+                    n >= 0) {
+                    dof.push_back(n);
+                    place.push_back(3 * i + a);
+                }
+        }
+        columns.solved += int(end - first);
+        columns.kept += int(end - first);
+        if (dof.empty()) continue;
+        Eigen::MatrixXd out(Eigen::Index(columns.rows.size()), Eigen::Index(dof.size()));
+        K.inverse_part(columns.rows, dof, out);
+        for (std::size_t c = 0; c < dof.size(); ++c) {
+            Eigen::MatrixXd& to = *columns.column[std::size_t(place[c] / 3)];
+            for (std::size_t r = 0; r < columns.rows.size(); ++r)
+                to(columns.row_place[r], place[c] % 3) = out(Eigen::Index(r), Eigen::Index(c));
+        }
+    }
+}
+
+const TubeColumns::Piece& piece_of(TubeColumns& columns, std::int32_t g)
+{
+    TubeColumns::Piece& piece = columns.pieces[std::size_t(g)];
+    const std::vector<std::int32_t>& used = columns.used;
+    const Eigen::Index have = piece.cols(), need = Eigen::Index(used.size());
+    if (have < need) {
+        if (have == 0) columns.with_piece.push_back(g);
+        const Eigen::MatrixXd& whole = *columns.column[std::size_t(g)];
+        piece.conservativeResize(9, need);
+        for (Eigen::Index i = have; i < need; ++i)
+            Eigen::Map<Mat3>(piece.col(i).data()) = whole.middleRows<3>(3 * used[std::size_t(i)]);
+    }
+    return piece;
+}
+
+void release_used(TubeColumns& columns)
+{
+    for (const std::int32_t g : columns.used)
+        columns.number[std::size_t(g)] = -1;
+    columns.used.clear();
+    for (const std::int32_t g : columns.with_piece)
+        columns.pieces[std::size_t(g)].resize(9, 0);
+    columns.with_piece.clear();
+}
+
+void drop_columns(TubeColumns& columns)
+{
+    for (auto& column : columns.column)
+        column.reset();
+    columns.kept = 0;
+    for (TubeColumns::Piece& piece : columns.pieces)
+        piece.resize(9, 0);
+    columns.with_piece.clear();
+}
+
+// ---- the tube ----------------------------------------------------------------------------
+
 Issue SoftTube::loose_wall()
 {
     return {"", "/hold", "a wall that can move as a whole",
@@ -54,62 +206,19 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, const SolidMateria
     , material_(material)
     , wall_(wall_of(options_))
     , frame_(tube_frame(options_))
+    , grid_(tube_grid(options_, mesh_))
 {
-    find_grid_();
     pattern_ = make_pattern(mesh_);
     SparseMatrix K = zero_matrix(pattern_);
     assemble_stiffness(mesh_, pattern_, {&material_, 1}, K);
     dofs_ = make_free_dofs(pattern_, support.fixed);
     if (!factor_(K)) throw InputError({loose_wall()});
-    note_rows_();
+    columns_ = tube_columns(grid_, dofs_);
     load_ = support.load.size() > 0 ? support.load
                                     : Eigen::VectorXd::Zero(3 * Eigen::Index(mesh_.nodes.size()));
     const Eigen::VectorXd u = load_.isZero(0) ? load_ : answer(load_);
     set_offset_(now_, u);
     set_offset_(start_, u);
-}
-
-void SoftTube::find_grid_()
-{
-    // A T10's middle nodes make the grid twice as fine.
-    const std::int32_t half = options_.kind == ElementKind::H8 ? 2 : 1;
-    const std::vector<TubeSection> all = tube_sections(options_);
-    rings_ = 2 * options_.along / half + 1;
-    ring_ = 2 * options_.around / half;
-    ring_distance_ = options_.centreline.length() / (rings_ - 1);
-    const auto key = [&](const Vec3& x) {
-        const double unit = 1e-6 * options_.thickness;
-        return std::array{std::llround(x[0] / unit), std::llround(x[1] / unit),
-                          std::llround(x[2] / unit)};
-    };
-    std::map<std::array<long long, 3>, std::int32_t> node_at;
-    for (std::size_t i = 0; i < mesh_.nodes.size(); ++i)
-        node_at[key(mesh_.nodes[i])] = std::int32_t(i);
-    for (std::int32_t i = 0; i < rings_; ++i)
-        for (std::int32_t k = 0; k < ring_; ++k) {
-            const Vec3 x = tube_point(options_, all, half * i, 0, half * k);
-            std::int32_t found = -1;
-            for (int corner = 0; corner < 27 && found < 0; ++corner) { // rounding of the key
-                std::array<long long, 3> at = key(x);
-                at[0] += corner % 3 - 1, at[1] += corner / 3 % 3 - 1, at[2] += corner / 9 - 1;
-                if (const auto it = node_at.find(at); it != node_at.end()) found = it->second;
-            }
-            AMONTONS_ASSERT(found >= 0);
-            inner_.push_back(found);
-        }
-}
-
-void SoftTube::note_rows_()
-{
-    for (std::size_t g = 0; g < inner_.size(); ++g)
-        for (int a = 0; a < 3; ++a)
-            if (const auto n = dofs_.number[std::size_t(3 * inner_[g] + a)]; n >= 0) {
-                rows_.push_back(n);
-                row_place_.push_back(std::int32_t(3 * g) + a);
-            }
-    column_.resize(inner_.size());
-    pieces_.resize(inner_.size());
-    number_.assign(inner_.size(), -1);
 }
 
 bool SoftTube::factor_(const SparseMatrix& K)
@@ -123,115 +232,30 @@ bool SoftTube::factor_(const SparseMatrix& K)
 
 void SoftTube::set_offset_(Field& field, const Eigen::VectorXd& whole)
 {
-    field.offset.resize(3 * Eigen::Index(inner_.size()));
+    field.offset.resize(3 * Eigen::Index(grid_.node.size()));
     double largest = 0;
-    for (std::size_t g = 0; g < inner_.size(); ++g) {
-        field.offset.segment<3>(3 * Eigen::Index(g)) = whole.segment<3>(3 * inner_[g]);
-        largest = std::max(largest, whole.segment<3>(3 * inner_[g]).norm());
+    for (std::size_t g = 0; g < grid_.node.size(); ++g) {
+        field.offset.segment<3>(3 * Eigen::Index(g)) = whole.segment<3>(3 * grid_.node[g]);
+        largest = std::max(largest, whole.segment<3>(3 * grid_.node[g]).norm());
     }
     if (&field == &now_) loaded_ = largest;
-}
-
-TubePlace SoftTube::place(double along, double around) const
-{
-    TubePlace p;
-    p.along = along;
-    p.around = around;
-    double wa[4], da[4], ea[4], wb[4], db[4], eb[4];
-    const double a = std::clamp(along / ring_distance_, 0.0, double(rings_ - 1));
-    const double i = std::min(std::floor(a), double(rings_ - 2));
-    cubic(a - i, wa, da, ea);
-    const double turn = around / (2 * std::numbers::pi) * ring_;
-    const double k = std::floor(turn);
-    cubic(turn - k, wb, db, eb);
-    const double turns = ring_ / (2 * std::numbers::pi);
-    // Beyond its ends the tube moves as its ends do.
-    const bool outside = along < 0 || along > ring_distance_ * (rings_ - 1);
-    for (int m = 0; m < 4; ++m)
-        for (int n = 0; n < 4; ++n) {
-            const auto at = std::size_t(4 * m + n);
-            const auto ring = std::clamp(std::int32_t(i) + m - 1, 0, rings_ - 1);
-            auto in_ring = (std::int64_t(k) + n - 1) % ring_;
-            if (in_ring < 0) in_ring += ring_;
-            p.node[at] = ring * ring_ + std::int32_t(in_ring);
-            p.weight[at] = wa[m] * wb[n];
-            p.by_along[at] = outside ? 0 : da[m] / ring_distance_ * wb[n];
-            p.by_around[at] = wa[m] * db[n] * turns;
-            p.second[0][at] = outside ? 0 : ea[m] * wb[n] / (ring_distance_ * ring_distance_);
-            p.second[1][at] = outside ? 0 : da[m] * db[n] / ring_distance_ * turns;
-            p.second[2][at] = wa[m] * eb[n] * turns * turns;
-        }
-    return p;
-}
-
-// ---- columns -----------------------------------------------------------------------------
-
-void SoftTube::solve_columns_(std::span<const std::int32_t> grid_nodes)
-{
-    // By blocks that are always the same: a column's last bit depends on those solved with it.
-    for (const std::int32_t g : grid_nodes) {
-        if (column_[std::size_t(g)]) continue;
-        const std::int32_t first = g / kBlock * kBlock;
-        const auto end = std::min(first + kBlock, std::int32_t(inner_.size()));
-        std::vector<std::int32_t> columns, place;
-        for (std::int32_t i = first; i < end; ++i) {
-            column_[std::size_t(i)] = std::make_unique<Eigen::MatrixXd>(
-                Eigen::MatrixXd::Zero(3 * Eigen::Index(inner_.size()), 3));
-            for (int a = 0; a < 3; ++a)
-                if (const auto n = dofs_.number[std::size_t(3 * inner_[std::size_t(i)] + a)];
-                    n >= 0) {
-                    columns.push_back(n);
-                    place.push_back(3 * i + a);
-                }
-        }
-        columns_solved_ += int(end - first);
-        kept_ += int(end - first);
-        if (columns.empty()) continue;
-        Eigen::MatrixXd out(Eigen::Index(rows_.size()), Eigen::Index(columns.size()));
-        K_.inverse_part(rows_, columns, out);
-        for (std::size_t c = 0; c < columns.size(); ++c) {
-            Eigen::MatrixXd& to = *column_[std::size_t(place[c] / 3)];
-            for (std::size_t r = 0; r < rows_.size(); ++r)
-                to(row_place_[r], place[c] % 3) = out(Eigen::Index(r), Eigen::Index(c));
-        }
-    }
-}
-
-/// Blocks at the nodes in use of a node's columns, gathered at first use.
-const SoftTube::Piece& SoftTube::piece_(std::int32_t g)
-{
-    Piece& piece = pieces_[std::size_t(g)];
-    const Eigen::Index have = piece.cols(), need = Eigen::Index(used_.size());
-    if (have < need) {
-        if (have == 0) with_piece_.push_back(g);
-        const Eigen::MatrixXd& whole = *column_[std::size_t(g)];
-        piece.conservativeResize(9, need);
-        for (Eigen::Index i = have; i < need; ++i)
-            Eigen::Map<Mat3>(piece.col(i).data()) = whole.middleRows<3>(3 * used_[std::size_t(i)]);
-    }
-    return piece;
 }
 
 /// Makes sure that what the nodes around a place do is known.
 void SoftTube::use_(const TubePlace& place)
 {
     for (const std::int32_t g : place.node)
-        if (number_[std::size_t(g)] < 0) {
-            number_[std::size_t(g)] = std::int32_t(used_.size());
-            used_.push_back(g);
+        if (columns_.number[std::size_t(g)] < 0) {
+            columns_.number[std::size_t(g)] = std::int32_t(columns_.used.size());
+            columns_.used.push_back(g);
             now_.current = start_.current = false;
         }
 }
 
 void SoftTube::set_(Field& field, std::vector<TubeForce> forces)
 {
-    if (used_.size() > kMostUsed) { // the wire has continued
-        for (const std::int32_t g : used_)
-            number_[std::size_t(g)] = -1;
-        used_.clear();
-        for (const std::int32_t g : with_piece_)
-            pieces_[std::size_t(g)].resize(9, 0);
-        with_piece_.clear();
+    if (columns_.used.size() > kMostUsed) { // the wire has continued
+        release_used(columns_);
         now_.current = start_.current = false;
     }
     field.forces = std::move(forces);
@@ -243,11 +267,11 @@ void SoftTube::set_(Field& field, std::vector<TubeForce> forces)
 void SoftTube::bring_up_(Field& field)
 {
     if (field.current) return;
-    field.u = Eigen::VectorXd::Zero(3 * Eigen::Index(used_.size()));
+    field.u = Eigen::VectorXd::Zero(3 * Eigen::Index(columns_.used.size()));
     std::vector<std::int32_t> nodes;
     for (const TubeForce& f : field.forces)
         nodes.insert(nodes.end(), f.place.node.begin(), f.place.node.end());
-    solve_columns_(nodes);
+    solve_columns(grid_, dofs_, K_, nodes, columns_);
     // Forces of many places act on the same nodes: one product for each node.
     std::map<std::int32_t, Vec3> at_node;
     for (const TubeForce& f : field.forces)
@@ -255,7 +279,7 @@ void SoftTube::bring_up_(Field& field)
             at_node.try_emplace(f.place.node[a], Vec3::Zero()).first->second +=
                 f.place.weight[a] * f.force;
     for (const auto& [g, force] : at_node) {
-        const Piece& piece = piece_(g);
+        const TubeColumns::Piece& piece = piece_of(columns_, g);
         for (Eigen::Index i = 0; i < piece.cols(); ++i)
             field.u.segment<3>(3 * i).noalias() +=
                 Eigen::Map<const Mat3>(piece.col(i).data()) * force;
@@ -270,7 +294,7 @@ Vec3 SoftTube::at_(const Field& field, const std::array<double, 16>& weight,
 {
     Vec3 sum = Vec3::Zero();
     for (std::size_t a = 0; a < 16; ++a)
-        sum += weight[a] * field.u.segment<3>(3 * number_[std::size_t(p.node[a])]);
+        sum += weight[a] * field.u.segment<3>(3 * columns_.number[std::size_t(p.node[a])]);
     return sum;
 }
 
@@ -381,19 +405,19 @@ template <int kinds> Eigen::MatrixXd SoftTube::compliance_(std::span<const TubeP
         use_(p);
         nodes.insert(nodes.end(), p.node.begin(), p.node.end());
     }
-    solve_columns_(nodes);
+    solve_columns(grid_, dofs_, K_, nodes, columns_);
     std::sort(nodes.begin(), nodes.end());
     nodes.erase(std::unique(nodes.begin(), nodes.end()), nodes.end());
     const auto n = Eigen::Index(places.size()), m = Eigen::Index(nodes.size());
     const auto number = [&](std::int32_t g) {
         return std::lower_bound(nodes.begin(), nodes.end(), g) - nodes.begin();
     };
-    std::vector<Piece> near(nodes.size()); // blocks between these nodes
+    std::vector<TubeColumns::Piece> near(nodes.size()); // blocks between these nodes
     for (std::size_t j = 0; j < nodes.size(); ++j) {
-        const Piece& piece = piece_(nodes[j]);
+        const TubeColumns::Piece& piece = piece_of(columns_, nodes[j]);
         near[j].resize(9, m);
         for (Eigen::Index i = 0; i < m; ++i)
-            near[j].col(i) = piece.col(number_[std::size_t(nodes[std::size_t(i)])]);
+            near[j].col(i) = piece.col(columns_.number[std::size_t(nodes[std::size_t(i)])]);
     }
     const auto weights = [](const TubePlace& p, int kind) -> const std::array<double, 16>& {
         return kind == 0 ? p.weight : kind == 1 ? p.by_along : p.by_around;
@@ -404,7 +428,7 @@ template <int kinds> Eigen::MatrixXd SoftTube::compliance_(std::span<const TubeP
             at[k][a] = number(places[k].node[a]);
     constexpr int size = 3 * kinds;
     Eigen::MatrixXd C(size * n, size * n);
-    Piece by(9, m);
+    TubeColumns::Piece by(9, m);
     for (Eigen::Index j = 0; j < n; ++j)
         for (int b = 0; b < kinds; ++b) {
             by.setZero();
@@ -439,7 +463,7 @@ Eigen::VectorXd SoftTube::nodal_forces() const
     Eigen::VectorXd f = Eigen::VectorXd::Zero(3 * Eigen::Index(mesh_.nodes.size()));
     for (const TubeForce& force : now_.forces)
         for (std::size_t a = 0; a < 16; ++a)
-            f.segment<3>(3 * inner_[std::size_t(force.place.node[a])]) +=
+            f.segment<3>(3 * grid_.node[std::size_t(force.place.node[a])]) +=
                 force.place.weight[a] * force.force;
     return f;
 }
@@ -464,7 +488,7 @@ Eigen::VectorXd SoftTube::whole_displacement() const
 
 std::size_t SoftTube::kept_bytes() const
 {
-    return std::size_t(kept_) * 9 * sizeof(double) * inner_.size();
+    return std::size_t(columns_.kept) * 9 * sizeof(double) * grid_.node.size();
 }
 
 } // namespace amontons

@@ -49,6 +49,40 @@ struct SoftTubeSupport {
 };
 using WallStatePointer = std::shared_ptr<const WallState>;
 
+/// The nodes of a tube's inner surface, ring by ring.
+struct TubeGrid {
+    std::int32_t rings = 0, ring = 0; ///< rings, nodes in one
+    double ring_distance = 0;         ///< along the centreline [m]
+    std::vector<std::int32_t> node;   ///< of the mesh, of each of the grid
+};
+/// The grid of a mesh that make_solid_tube made with these options.
+TubeGrid tube_grid(const SolidTubeOptions& options, const VolumeMesh& mesh);
+/// A place of the inner surface by arc length and angle [m, rad].
+TubePlace place_on(const TubeGrid& grid, double along, double around);
+
+/// Columns of K^-1 at the nodes of a grid: those that were needed, and of them what is in use.
+struct TubeColumns {
+    /// 3x3 blocks of a node's columns, one in each column here.
+    using Piece = Eigen::Matrix<double, 9, Eigen::Dynamic>;
+    std::vector<std::int32_t> rows, row_place; ///< free dofs of the nodes; 3 grid node + axis
+    std::vector<std::unique_ptr<Eigen::MatrixXd>> column; ///< of each grid node: 3 inner x 3
+    std::vector<std::int32_t> used, number; ///< grid nodes used in this round; and back, or -1
+    std::vector<Piece> pieces;              ///< of each grid node: at those of `used`; or empty
+    std::vector<std::int32_t> with_piece;
+    int solved = 0, kept = 0; ///< nodes, three columns each
+};
+/// No column yet.
+TubeColumns tube_columns(const TubeGrid& grid, const FreeDofs& dofs);
+/// Solves the columns of these nodes that are not there.
+void solve_columns(const TubeGrid& grid, const FreeDofs& dofs, const SupernodalFactor& K,
+                   std::span<const std::int32_t> grid_nodes, TubeColumns& columns);
+/// Blocks at the nodes in use of a node's columns, gathered at first use.
+const TubeColumns::Piece& piece_of(TubeColumns& columns, std::int32_t grid_node);
+/// Begins another round: no node is in use.
+void release_used(TubeColumns& columns);
+/// Drops all columns, as of another K.
+void drop_columns(TubeColumns& columns);
+
 /// A tube of elastic material under a constant load and forces on its inner surface.
 ///
 /// Linear material: displacements are those of the load and K^-1 times the forces. Hyperelastic:
@@ -76,13 +110,10 @@ public:
     const VolumeMesh& mesh() const { return mesh_; }
     const SolidMaterial& material() const { return material_; }
     const Wall& undeformed() const { return wall_; } ///< the inner surface without any load
-    const std::vector<std::int32_t>& inner_nodes() const
-    {
-        return inner_;
-    } ///< of the grid, by rings
+    const std::vector<std::int32_t>& inner_nodes() const { return grid_.node; } ///< by rings
 
     /// A place of the inner surface by arc length and angle [m, rad].
-    TubePlace place(double along, double around) const;
+    TubePlace place(double along, double around) const { return place_on(grid_, along, around); }
 
     /// Forces that act now, and those to which displacements of `since` refer.
     void set_forces(std::vector<TubeForce> forces) { set_(now_, std::move(forces)); }
@@ -146,12 +177,10 @@ public:
     Eigen::VectorXd whole_displacement() const;
     /// Forces on all nodes by set_forces [N].
     Eigen::VectorXd nodal_forces() const;
-    int columns_solved() const { return columns_solved_; } ///< nodes, three columns each
+    int columns_solved() const { return columns_.solved; } ///< nodes, three columns each
     std::size_t kept_bytes() const;                        ///< of columns
 
 private:
-    /// 3x3 blocks of a node's columns, one in each column here.
-    using Piece = Eigen::Matrix<double, 9, Eigen::Dynamic>;
     struct Field {
         std::vector<TubeForce> forces;
         Eigen::VectorXd u; ///< of the nodes in use, by the forces alone [m]
@@ -159,15 +188,11 @@ private:
         Eigen::VectorXd offset; ///< by the load, and what a material adds: 3 inner nodes [m]
     };
     static Issue loose_wall();
-    void find_grid_();
     bool factor_(const SparseMatrix& K);
-    void note_rows_();
     std::string find_rest_();
     void set_offset_(Field& field, const Eigen::VectorXd& whole);
     void set_(Field& field, std::vector<TubeForce> forces);
     void use_(const TubePlace& place);
-    void solve_columns_(std::span<const std::int32_t> grid_nodes);
-    const Piece& piece_(std::int32_t grid_node);
     void bring_up_(Field& field);
     template <int kinds> Eigen::MatrixXd compliance_(std::span<const TubePlace> places);
     Vec3 at_(const Field& field, const std::array<double, 16>& weight, const TubePlace& p) const;
@@ -179,23 +204,15 @@ private:
     VolumeMesh mesh_;
     SolidMaterial material_;
     Wall wall_;
-    TubeFrame frame_;                   ///< that angles count from
-    std::int32_t rings_ = 0, ring_ = 0; ///< of the grid: rings, nodes in one
-    double ring_distance_ = 0;
-    std::vector<std::int32_t> inner_;
+    TubeFrame frame_; ///< that angles count from
+    TubeGrid grid_;
     FreeDofs dofs_;
     SupernodalFactor K_;
-    std::vector<std::int32_t> rows_, row_place_; ///< free dofs of inner nodes; 3 grid node + axis
-    Eigen::VectorXd load_;                       ///< 3 nodes [N]
+    Eigen::VectorXd load_; ///< 3 nodes [N]
     double loaded_ = 0;
 
-    std::vector<std::unique_ptr<Eigen::MatrixXd>> column_; ///< of each grid node: 3 inner x 3
-    std::vector<std::int32_t> used_,
-        number_;                ///< grid nodes used in this round; and back, or -1
-    std::vector<Piece> pieces_; ///< of each grid node: at those of `used_`; or empty
-    std::vector<std::int32_t> with_piece_;
+    TubeColumns columns_;
     Field now_, start_;
-    int columns_solved_ = 0, kept_ = 0;
 
     std::optional<WallMaterial> hyperelastic_;
     SolidPattern pattern_;

@@ -32,14 +32,14 @@ SoftTube::SoftTube(SolidTubeOptions options, VolumeMesh mesh, WallMaterial mater
     , material_{youngs_modulus(material.law), poissons_ratio(material.law), 0}
     , wall_(make_wall(SweptTube(options_.centreline)))
     , frame_(tube_frame(options_))
+    , grid_(tube_grid(options_, mesh_))
     , load_(support.load.size() > 0 ? support.load
                                     : Eigen::VectorXd::Zero(3 * Eigen::Index(mesh_.nodes.size())))
     , hyperelastic_(std::move(material))
 {
-    find_grid_();
     pattern_ = make_pattern(mesh_);
     dofs_ = make_free_dofs(pattern_, support.fixed);
-    note_rows_();
+    columns_ = tube_columns(grid_, dofs_);
     if (const std::string fault = find_rest_(); !fault.empty())
         throw InputError({{"", "/loads", "a wall whose loads " + fault,
                            "loads that it holds in a stable balance"}});
@@ -146,12 +146,7 @@ bool SoftTube::relinearise(std::shared_ptr<const Eigen::VectorXd> at)
     assemble_wall_tangent(mesh_, pattern_, *hyperelastic_, s, K);
     if (!factor_(K)) return false;
     tangent_at_ = std::move(at);
-    for (auto& column : column_)
-        column.reset();
-    kept_ = 0;
-    for (Eigen::Index g = 0; g < Eigen::Index(pieces_.size()); ++g)
-        pieces_[std::size_t(g)].resize(9, 0);
-    with_piece_.clear();
+    drop_columns(columns_);
     now_.current = start_.current = false;
     taken_.reset();
     return true;

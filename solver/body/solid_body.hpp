@@ -44,12 +44,14 @@ public:
         solving_.iterative = true;
         solving_.on_all_ranks = on_all_ranks;
     }
+    /// Whether iterate() was called.
     bool iterative() const { return solving_.iterative; }
     /// Doubtful holds and loads of the scene.
     const std::vector<Issue>& warnings() const { return model_.conditions.warnings; }
     /// For contact without W of an iterative solid, on all degrees of freedom: the matrix; below,
     /// the residual force of the last linearise() (0 where held), A y and the diagonal of A.
     LargeMatrix& large() { return *matrix_->large; }
+    /// The residual force: see large().
     const Eigen::VectorXd& large_load() const { return free_.load; }
     /// The step matrix times y.
     Eigen::VectorXd step_times(const Eigen::VectorXd& y) const;
@@ -84,7 +86,9 @@ public:
     /// Names of the rigid motions that no prescribed displacement prevents.
     std::vector<std::string> free_motions() const;
 
+    /// Its mesh, at rest.
     const VolumeMesh& mesh() const { return model_.mesh; }
+    /// Its material, at rest.
     const SolidMaterial& material() const { return model_.material; }
     /// Of all nodes, at the iterate [m].
     std::span<const Vec3> places() const { return now_.x; }

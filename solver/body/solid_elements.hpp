@@ -43,7 +43,8 @@ HyperelasticPart hyperelastic_part(const SolidModel& model);
 /// Forces of the material at places, in the frame [N]; the energy [J].
 double corotational_inner(const SolidModel& model, int threads, const SolidMotion& m,
                           CorotationalPart& corotated, KnownForces& known, Eigen::VectorXd& f);
-/// The same of a hyperelastic solid; a fault where an element has no force.
+/// Forces of a hyperelastic material at places, in the frame [N]; the energy [J]. A fault where an
+/// element has no force.
 double hyperelastic_inner(const SolidModel& model, int threads, const SolidMotion& m,
                           HyperelasticPart& hyper, KnownForces& known, Eigen::VectorXd& f);
 /// Newton's method on places and mean pressures together, of which the tangent at places has taken

@@ -31,7 +31,7 @@ struct SolidSolving {
     bool on_all_ranks = false;
     int threads = 1;
     std::string cache;         ///< folder of factors; "": none
-    double expected_steps = 1; ///< to come, by which is decided which columns are stored
+    double expected_steps = 1; ///< number to come, by which is decided which columns are stored
 };
 
 /// The border of the matrix of a hyperelastic solid that contacts alone hold (solid_free.cpp).
@@ -47,11 +47,11 @@ struct ContactBorder {
 /// W of the columns that came last.
 struct KeptCompliance {
     SparseColumns columns;
-    Eigen::MatrixXd W;
+    Eigen::MatrixXd W;         ///< of them
     int made = 0;              ///< the matrix of that W: SolidMatrix::made
     bool from_factor = false;  ///< that W
-    double restored = -1;      ///< print of the columns before the state was restored; or -1
-    mutable double print = -1; ///< of columns; or -1
+    double restored = -1;      ///< a number of the columns before the state was restored; or -1
+    mutable double print = -1; ///< such a number of columns; or -1
 };
 
 /// Of mass and stiffness in the matrix of a step.

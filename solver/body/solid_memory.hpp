@@ -29,7 +29,7 @@ struct SolidStateForces {
 
 /// What the rule carries on, of all degrees of freedom, in space.
 struct SolidMemory {
-    bool begun = false;
+    bool begun = false;                   ///< the first step has begun
     Eigen::VectorXd elastic, inner, load; ///< at the state [N]; inner: with damping
     Eigen::VectorXd filtered_velocity, filtered_inner, filtered_load; ///< [m/s], [N], [N]
     /// As they are kept with the state.

@@ -44,7 +44,7 @@ struct SolidModel {
     SolidConditions conditions; ///< points into input and mesh
 
     // What only steps need is computed then: a scene can be checked without.
-    Late<SolidPattern> pattern;
+    Late<SolidPattern> pattern;               ///< of its matrices
     Late<std::vector<SparseMatrix>> supports; ///< stiffness of each [N/m]
     Late<SparseMatrix> support;               ///< their sum, of the pattern; 0 x 0: none
     Late<SparseMatrix> mass;       ///< between nodes, of each axis [kg]; 0 x 0: no density
@@ -78,7 +78,7 @@ enum class SolidFrame { fixed, driven, floating };
 
 /// What moves the frame of this solid.
 SolidFrame frame_kind(const SolidModel& model, const SolidUnknowns& unknowns);
-/// Frame of a solid that nothing has moved but its drive, at a time.
+/// Frame of a solid that nothing has moved but its drive. @param t  [s]
 Placement frame_at(const SolidModel& model, double t);
 /// Sets the nodes that may be in contact (a flag for each), and chooses pins elsewhere.
 void set_touching(const SolidModel& model, std::span<const char> touching, SolidUnknowns& unknowns);

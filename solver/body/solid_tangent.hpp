@@ -18,7 +18,7 @@ struct SolidTangent {
     Eigen::SparseMatrix<double> unshifted; ///< the matrix without its shift; empty: it has none
     SparseColumns stabilised;              ///< N, of the free unknowns
     LuFactor open;                         ///< 1 - N^T L^-1 N
-    double shift = 0, last_shift = 0;      ///< see next_shift()
+    double shift = 0, last_shift = 0;      ///< numbers of next_shift()
     bool indefinite = false;               ///< seen in this step
     bool kept = false;                     ///< the last linearise() has kept the earlier matrix
 };
@@ -27,7 +27,8 @@ struct SolidTangent {
 struct BalanceSearch {
     Eigen::VectorXd start_residual; ///< of free unknowns, where the last matrix was made
     Eigen::VectorXd pending;        ///< of u: what is prescribed and not yet moved
-    double last_error = std::numeric_limits<double>::infinity(); ///< none yet in this step
+    double last_error =
+        std::numeric_limits<double>::infinity(); ///< relative; infinity: none yet in this step
     int stalled = 0;            ///< iterations in a row that did not halve the error
     double accepted_length = 1; ///< of the last change (ratio)
     double round_off = 0;       ///< the part of the imbalance that may be round-off (relative)
@@ -35,10 +36,10 @@ struct BalanceSearch {
 
 /// Loads that prescribe a volume, by a pressure that is found: a border of the matrix.
 struct VolumeLoads {
-    /// One of the conditions' loads and its pressure, of the iterate and the state [Pa].
+    /// One of them.
     struct Load {
-        std::size_t load = 0;
-        double pressure = 0, state_pressure = 0;
+        std::size_t load = 0;                    ///< number of it among the conditions' loads
+        double pressure = 0, state_pressure = 0; ///< of the iterate and the state [Pa]
     };
     std::vector<Load> loads;
     Eigen::MatrixXd force, compliance; ///< of 1 Pa on free unknowns, and A^-1 of it

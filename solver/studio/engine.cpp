@@ -81,6 +81,36 @@ template <class Take> void read_lines(int stream, Take take)
 
 } // namespace
 
+std::int64_t post(EngineRequests& requests, Json request)
+{
+    const std::int64_t id = ++requests.last_id;
+    request["id"] = id;
+    requests.to_send.push_back(request.dump() + "\n");
+    requests.open[id] = std::move(request);
+    return id;
+}
+
+void answer_all(EngineRequests& requests, const Json& answer)
+{
+    for (auto& [id, known] : requests.waited_for)
+        if (known.is_null()) known = answer;
+}
+
+bool save_is_due(const SavedState& saved, double now)
+{
+    return !saved.saving && now - saved.at > kBetweenSaves;
+}
+
+bool is_newer(const NewestFrame& frame, std::uint64_t after, bool whole)
+{
+    return frame.bytes && frame.seq > after && (!whole || frame.whole);
+}
+
+bool is_requested(const NewestFrame& frame, std::uint64_t after, bool whole)
+{
+    return frame.requested && frame.requested_after <= after && (!whole || frame.requested_whole);
+}
+
 Engine::Engine(std::string program, std::string results, std::function<void(std::string)> publish)
     : program_(std::move(program))
     , results_(std::move(results))
@@ -101,8 +131,8 @@ void Engine::start(EngineStart how)
     how_ = std::move(how);
     folder_.clear();
     led_.clear();
-    saved_.clear();
-    to_restore_.clear();
+    saved_.state.clear();
+    saved_.to_restore.clear();
     launch();
 }
 
@@ -114,7 +144,7 @@ void Engine::resume()
         throw std::runtime_error("the simulation has not ended");
     if (how_.scene.empty()) throw std::runtime_error("no scene was started");
     end(lock);
-    to_restore_ = saved_;
+    saved_.to_restore = saved_.state;
     how_.resume.clear();
     launch();
 }
@@ -137,12 +167,11 @@ void Engine::end(std::unique_lock<std::mutex>& lock)
 {
     ++number_;
     Process old = std::exchange(process_, {});
-    for (auto& [id, answer] : waited_for_)
-        if (answer.is_null()) answer = refusal("failed", "the simulation was ended", "start it");
-    open_requests_.clear();
-    to_send_.clear();
-    saving_ = frame_requested_ = false;
-    frame_.reset();
+    answer_all(requests_, refusal("failed", "the simulation was ended", "start it"));
+    requests_.open.clear();
+    requests_.to_send.clear();
+    saved_.saving = frame_.requested = false;
+    frame_.bytes.reset();
     changed_.notify_all();
     lock.unlock();
     if (old.pid > 0) {
@@ -206,7 +235,7 @@ void Engine::launch()
     }
     const int n = ++number_;
     process_ = {pid, out[0], err[0], frames[0], {}};
-    to_send_.clear();
+    requests_.to_send.clear();
     process_.threads.emplace_back([this, fd = in[1], n] { write_requests(fd, n); });
     process_.threads.emplace_back([this, fd = out[0], n] { read_answers(fd, n); });
     process_.threads.emplace_back([this, fd = err[0], n] { read_errors(fd, n); });
@@ -215,13 +244,22 @@ void Engine::launch()
     reason_.clear();
     last_error_.clear();
     inputs_.clear();
-    saved_at_ = now();
+    saved_.at = now();
     report_state();
 }
 
-void Engine::send(const Json& request)
+void Engine::send(const std::string& what)
 {
-    to_send_.push_back(request.dump() + "\n");
+    send(what, Json::object());
+}
+
+/// Sends a request that no page has made.
+/// @param what  the request, by which its answer is known
+void Engine::send(const std::string& what, Json request)
+{
+    request["do"] = request.value("do", what);
+    const std::int64_t id = post(requests_, std::move(request));
+    requests_.open[id] = {{"do", what}};
     changed_.notify_all();
 }
 
@@ -229,10 +267,10 @@ void Engine::write_requests(int stream, int number)
 {
     std::unique_lock lock(mutex_);
     while (true) {
-        changed_.wait(lock, [&] { return number != number_ || !to_send_.empty(); });
+        changed_.wait(lock, [&] { return number != number_ || !requests_.to_send.empty(); });
         if (number != number_) break;
-        const std::string line = std::move(to_send_.front());
-        to_send_.pop_front();
+        const std::string line = std::move(requests_.to_send.front());
+        requests_.to_send.pop_front();
         lock.unlock();
         bool has_ended = false;
         for (std::size_t sent = 0; sent < line.size() && !has_ended;) {
@@ -258,16 +296,15 @@ Json Engine::handle(Json request)
     };
     std::unique_lock lock(mutex_);
     if (process_.pid == 0) return with_id(refusal("failed", "no simulation", "start a scene"));
-    const std::int64_t own = ++last_id_;
-    request["id"] = own;
-    open_requests_[own] = request;
-    open_requests_[own]["page"] = true;
-    waited_for_[own] = nullptr;
-    send(request);
+    const std::int64_t own = post(requests_, std::move(request));
+    requests_.open[own]["page"] = true;
+    auto& waited_for = requests_.waited_for;
+    waited_for[own] = nullptr;
+    changed_.notify_all();
     const bool answered = changed_.wait_for(lock, std::chrono::duration<double>(kPatience),
-                                            [&] { return !waited_for_[own].is_null(); });
-    const Json answer = waited_for_[own];
-    waited_for_.erase(own);
+                                            [&] { return !waited_for[own].is_null(); });
+    const Json answer = waited_for[own];
+    waited_for.erase(own);
     if (!answered)
         return with_id(
             refusal("waiting", "a step that takes long", "wait: the request is executed after it"));
@@ -279,22 +316,17 @@ std::shared_ptr<const std::string> Engine::frame(std::uint64_t after, double pat
     std::unique_lock lock(mutex_);
     const bool whole = after == 0;
     const auto until = std::chrono::steady_clock::now() + std::chrono::duration<double>(patience);
-    const auto is_new = [&] { return frame_ && frame_seq_ > after && (!whole || frame_whole_); };
-    while (!is_new()) {
-        const bool already_requested =
-            frame_requested_ && requested_after_ <= after && (!whole || requested_whole_);
-        if (process_.pid > 0 && state_ != "starting" && !already_requested) {
-            frame_requested_ = true;
-            requested_after_ = after;
-            requested_whole_ = whole;
-            const std::int64_t id = ++last_id_;
-            open_requests_[id] = {{"do", "frame"}};
-            send({{"id", id}, {"do", "frame"}, {"after", after}, {"whole", whole}});
+    while (!is_newer(frame_, after, whole)) {
+        if (process_.pid > 0 && state_ != "starting" && !is_requested(frame_, after, whole)) {
+            frame_.requested = true;
+            frame_.requested_after = after;
+            frame_.requested_whole = whole;
+            send("frame", {{"after", after}, {"whole", whole}});
         }
         if (changed_.wait_until(lock, until) == std::cv_status::timeout)
-            return is_new() ? frame_ : nullptr;
+            return is_newer(frame_, after, whole) ? frame_.bytes : nullptr;
     }
-    return frame_;
+    return frame_.bytes;
 }
 
 Json Engine::state() const
@@ -309,7 +341,7 @@ Json Engine::state() const
             {"set", set},
             {"device", how_.device},
             {"folder", folder_},
-            {"saved_time", saved_.empty() ? Json() : Json(saved_time_)},
+            {"saved_time", saved_.state.empty() ? Json() : Json(saved_.time)},
             {"pid", process_.pid}};
 }
 
@@ -328,18 +360,16 @@ void Engine::report_state()
              {"can_resume", (state_ == "failed" || state_ == "stopped") && !how_.scene.empty()},
              {"device", how_.device},
              {"folder", folder_},
-             {"saved_time", saved_.empty() ? Json() : Json(saved_time_)}}
+             {"saved_time", saved_.state.empty() ? Json() : Json(saved_.time)}}
             .dump());
 }
 
 /// Requests the state that resume() continues from.
 void Engine::keep_state()
 {
-    if (saving_) return;
-    saving_ = true;
-    const std::int64_t id = ++last_id_;
-    open_requests_[id] = {{"do", "save"}};
-    send({{"id", id}, {"do", "save"}});
+    if (saved_.saving) return;
+    saved_.saving = true;
+    send("save");
 }
 
 void Engine::read_answers(int stream, int number)
@@ -360,32 +390,26 @@ void Engine::take_line(const std::string& line, int number)
         const std::string event = answer["event"].get<std::string>();
         if (event == "ready") {
             state_ = how_.device.empty() ? "paused" : "running";
-            const std::int64_t id = ++last_id_;
-            open_requests_[id] = {{"do", "inputs"}};
-            send({{"id", id}, {"do", "inputs"}});
-            if (!to_restore_.empty()) {
-                const std::int64_t restore = ++last_id_;
-                open_requests_[restore] = {{"do", "restore"}};
-                send({{"id", restore}, {"do", "restore"}, {"state", to_restore_}});
-                for (const auto& [path, value] : led_) {
-                    const std::int64_t set = ++last_id_;
-                    open_requests_[set] = {{"do", "restore"}};
-                    send({{"id", set}, {"do", "set"}, {"path", path}, {"value", value}});
-                }
-                to_restore_.clear();
+            send("inputs");
+            if (!saved_.to_restore.empty()) {
+                send("restore", {{"state", saved_.to_restore}});
+                for (const auto& [path, value] : led_) // their refusal is one of the state's
+                    send("restore", {{"do", "set"}, {"path", path}, {"value", value}});
+                saved_.to_restore.clear();
             }
             changed_.notify_all();
             report_state();
             return;
         }
-        if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
+        if (answer.contains("time") && answer["time"].is_number())
+            saved_.last_time = answer["time"];
         if (event == "results") folder_ = answer.value("folder", "");
         if (event == "set" && answer.value("ok", false))
             how_.set.push_back(answer.value("line", ""));
         if (event == "paused") {
             state_ = "paused";
             if (answer["status"] != "failed") keep_state();
-        } else if (event == "step" && now() - saved_at_ > kBetweenSaves) {
+        } else if (event == "step" && save_is_due(saved_, now())) {
             keep_state();
         }
         publish_(line);
@@ -400,11 +424,11 @@ void Engine::take_line(const std::string& line, int number)
         return;
     }
     const auto id = answer["id"].get<std::int64_t>();
-    const Json request = open_requests_.contains(id) ? open_requests_[id] : Json::object();
-    open_requests_.erase(id);
+    const Json request = requests_.open.contains(id) ? requests_.open[id] : Json::object();
+    requests_.open.erase(id);
     const std::string what = request.value("do", "");
     const bool ok = answer.value("ok", false);
-    if (answer.contains("time") && answer["time"].is_number()) last_time_ = answer["time"];
+    if (answer.contains("time") && answer["time"].is_number()) saved_.last_time = answer["time"];
     if (request.contains("page")) {
         if (ok && (what == "run" || what == "pause")) {
             state_ = what == "run" ? "running" : "paused";
@@ -433,14 +457,14 @@ void Engine::take_line(const std::string& line, int number)
                 publish_(event.dump());
             }
         }
-        if (waited_for_.contains(id)) waited_for_[id] = std::move(answer);
+        if (requests_.waited_for.contains(id)) requests_.waited_for[id] = std::move(answer);
         changed_.notify_all();
     } else if (what == "save") {
-        saving_ = false;
-        saved_at_ = now();
+        saved_.saving = false;
+        saved_.at = now();
         if (ok) {
-            saved_ = answer["state"].get<std::string>();
-            saved_time_ = last_time_;
+            saved_.state = answer["state"].get<std::string>();
+            saved_.time = saved_.last_time;
         }
     } else if (what == "inputs") {
         for (const Json& i : answer.value("inputs", Json::array()))
@@ -483,10 +507,10 @@ void Engine::read_frames(int stream, int number)
         const Json head = Json::parse(bytes->substr(8, header), nullptr, false);
         const std::lock_guard lock(mutex_);
         if (number != number_ || !head.is_object()) return;
-        frame_seq_ = head.value("seq", std::uint64_t(0));
-        frame_whole_ = head.value("before", std::uint64_t(1)) == 0;
-        frame_ = std::move(bytes);
-        frame_requested_ = false;
+        frame_.seq = head.value("seq", std::uint64_t(0));
+        frame_.whole = head.value("before", std::uint64_t(1)) == 0;
+        frame_.bytes = std::move(bytes);
+        frame_.requested = false;
         changed_.notify_all();
     }
 }
@@ -510,8 +534,7 @@ void Engine::ended(int number)
     if (!last_error_.empty() && !over) reason_ += ": " + last_error_;
     state_ = over ? "stopped" : "failed";
     if (over) reason_ = "the run is over";
-    for (auto& [id, answer] : waited_for_)
-        if (answer.is_null()) answer = refusal("failed", reason_, "resume, or start it again");
+    answer_all(requests_, refusal("failed", reason_, "resume, or start it again"));
     changed_.notify_all();
     report_state();
 }

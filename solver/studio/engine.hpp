@@ -26,6 +26,42 @@ struct EngineStart {
     std::string resume; ///< folder of results that no longer exists on with; "": from the beginning
 };
 
+/// Requests to the simulation.
+struct EngineRequests {
+    std::deque<std::string> to_send; ///< by a thread: the engine may be in a long step
+    std::int64_t last_id = 0;
+    std::map<std::int64_t, Json> waited_for; ///< answers, null until they come
+    std::map<std::int64_t, Json> open;       ///< requests that are not answered yet
+};
+/// Queues a request. @param request  its id is set. @return  that id
+std::int64_t post(EngineRequests& requests, Json request);
+/// Gives all that are waited for this answer.
+void answer_all(EngineRequests& requests, const Json& answer);
+
+/// The state that the simulation is continued from after its end.
+struct SavedState {
+    std::string state;      ///< "": none
+    std::string to_restore; ///< by a process that has just started
+    double time = 0;        ///< of the state [s]
+    double last_time = 0;   ///< that the simulation has reported [s]
+    double at = 0;          ///< when it was saved, in real time [s]
+    bool saving = false;
+};
+
+/// Whether a running simulation should save its state again. @param now  in real time [s]
+bool save_is_due(const SavedState& saved, double now);
+
+/// The newest frame, and whether one is on its way.
+struct NewestFrame {
+    std::shared_ptr<const std::string> bytes; ///< null: none yet
+    std::uint64_t seq = 0, requested_after = 0;
+    bool whole = false, requested = false, requested_whole = false;
+};
+/// Whether it is one after `after`. @param whole  a whole one
+bool is_newer(const NewestFrame& frame, std::uint64_t after, bool whole);
+/// Whether such a frame is on its way.
+bool is_requested(const NewestFrame& frame, std::uint64_t after, bool whole);
+
 /// The simulation, in a process of its own: `amontons serve SCENE --frames FD`, or `amontons
 /// haptic`. When it ends for any reason, the server continues and reports why. For many threads.
 class Engine {
@@ -77,7 +113,8 @@ private:
     void take_line(const std::string& line, int number);
     void ended(int number);
     void write_requests(int stream, int number);
-    void send(const Json& request);
+    void send(const std::string& what);
+    void send(const std::string& what, Json request);
     void report_state();
     void keep_state();
 
@@ -86,7 +123,6 @@ private:
 
     std::mutex control_; ///< one start or end at a time
     mutable std::mutex mutex_;
-    std::deque<std::string> to_send_; ///< by a thread: the engine may be in a long step
     std::condition_variable changed_;
     Process process_;
     int number_ = 0; ///< of the process: what an older one states is passed over
@@ -95,18 +131,9 @@ private:
     std::string folder_;              ///< of results, that the engine writes or wrote
     std::map<std::string, Json> led_; ///< inputs, as they were last set
     std::vector<std::string> inputs_; ///< names of those that can be led
-    std::string saved_, to_restore_;
-    double saved_time_ = 0, last_time_ = 0;
-    bool saving_ = false;
-    double saved_at_ = 0; ///< in real time [s]
-    std::int64_t last_id_ = 0;
-    std::map<std::int64_t, Json> waited_for_;    ///< answers, null until they come
-    std::map<std::int64_t, Json> open_requests_; ///< requests that are not answered yet
-    std::shared_ptr<const std::string> frame_;
-    std::uint64_t frame_seq_ = 0;
-    bool frame_whole_ = false;
-    std::uint64_t requested_after_ = 0;
-    bool frame_requested_ = false, requested_whole_ = false;
+    EngineRequests requests_;
+    SavedState saved_;
+    NewestFrame frame_;
 };
 
 } // namespace amontons::studio
