@@ -7,8 +7,10 @@ namespace amontons {
 /// Which of two surfaces carries the multipliers: the coarser where they are near each other, as
 /// a finer one has more of them than the other side can follow. A contrast of stiffness of 30
 /// decides before that: the softer, which follows whatever stands beside it (multipliers of a
-/// coarse stiff one leave its fine bulges between them free to pass). Alike: the softer, then the
-/// first.
+/// coarse stiff one leave its fine bulges between them free to pass). So does, where areas per
+/// multiplier differ by less than a factor of 4, that the other side covers all of the faces
+/// nearest to it: multipliers of faces that are covered in part begin and end where an edge slides
+/// over them, which makes or takes energy. Alike: the softer, then the first.
 ///
 /// Coarse is what has much area for each multiplier.
 /// @param a_places, b_places        of all nodes of each mesh [m]
