@@ -146,7 +146,8 @@ bool lies_on(const ExternalSurface& surface, std::span<const Vec3> places,
 } // namespace
 
 bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, double a_stiffness,
-                    const ExternalSurface& b, std::span<const Vec3> b_places, double b_stiffness)
+                    const ExternalSurface& b, std::span<const Vec3> b_places, double b_stiffness,
+                    bool covered_first)
 {
     if (std::isinf(a_stiffness) != std::isinf(b_stiffness)) return std::isinf(b_stiffness);
     if (a_stiffness >= kContrast * b_stiffness && !std::isinf(a_stiffness)) return false;
@@ -162,7 +163,7 @@ bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, do
     }
     const double of_a = coarseness(faces_a, tree_b ? &tree_b->tree : nullptr),
                  of_b = coarseness(faces_b, tree_a ? &tree_a->tree : nullptr);
-    if (tree_a && std::max(of_a, of_b) <= kMuchFiner * std::min(of_a, of_b)) {
+    if (covered_first && tree_a && std::max(of_a, of_b) <= kMuchFiner * std::min(of_a, of_b)) {
         const bool a_lies = lies_on(a, a_places, faces_a, *tree_b, faces_b),
                    b_lies = lies_on(b, b_places, faces_b, *tree_a, faces_a);
         if (a_lies != b_lies) return a_lies;
