@@ -14,8 +14,13 @@ namespace amontons {
 /// @param a_places, b_places        of all nodes of each mesh [m]
 /// @param a_stiffness, b_stiffness  Young's moduli [Pa]; infinity: rigid, never the slave of one
 ///                                  that is not
+/// @param covered_first  before the coarser, where areas per multiplier differ by less than a
+///                       factor of 4, comes a side whose nearest faces the other covers wholly:
+///                       multipliers of faces that are covered in part begin and end where an edge
+///                       slides over them, which makes or takes energy
 /// @return  true if a is the slave
 bool first_is_slave(const ExternalSurface& a, std::span<const Vec3> a_places, double a_stiffness,
-                    const ExternalSurface& b, std::span<const Vec3> b_places, double b_stiffness);
+                    const ExternalSurface& b, std::span<const Vec3> b_places, double b_stiffness,
+                    bool covered_first = false);
 
 } // namespace amontons

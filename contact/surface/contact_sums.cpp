@@ -18,6 +18,7 @@ void FaceSums::clear()
 {
     area.fill(0);
     normal.fill(Vec3::Zero());
+    slope.fill(Mat3::Zero());
     slave.setZero();
     master.clear();
     far.fill(Vec3::Zero());
@@ -55,6 +56,7 @@ void ContactSums::add(std::size_t slave_face, const FaceMultipliers& multipliers
         m.full += multipliers.full[k];
         m.normal += sums.normal[k];
         m.far += sums.far[k];
+        m.slope += sums.slope[k];
         for (std::size_t j = 0; j < nodes.size(); ++j)
             if (const double w = sums.slave(i, static_cast<Eigen::Index>(j)); w != 0)
                 slave_.push_back({number, nodes[j], w});
@@ -108,6 +110,7 @@ std::vector<std::int32_t> ContactSums::merge_(std::vector<Multiplier>& sums) con
         sums[at(b)].area += sums[at(a)].area;
         sums[at(b)].normal += sums[at(a)].normal;
         sums[at(b)].far += sums[at(a)].far;
+        sums[at(b)].slope += sums[at(a)].slope;
         sums[at(a)].area = 0;
     }
     for (std::size_t k = 0; k < target.size(); ++k)
@@ -131,7 +134,8 @@ std::vector<ContactSums::Entry> ContactSums::sorted_(const std::vector<Entry>& e
 }
 
 SurfaceContacts ContactSums::contacts(std::span<const Vec3> slave_places,
-                                      std::span<const Vec3> master_places, double reach) const
+                                      std::span<const Vec3> master_places, double reach,
+                                      bool of_gap) const
 {
     if (links_.empty()) return {};
     std::vector<Multiplier> sums = multipliers_;
@@ -171,6 +175,14 @@ SurfaceContacts ContactSums::contacts(std::span<const Vec3> slave_places,
         const Vec3 opposite =
             fixed_ ? Vec3(m.far / m.area) : weighted(out.master(c), master_places);
         c.gap = c.normal.dot(c.point - opposite);
+        if (of_gap) {
+            const Vec3 gradient = m.slope * c.normal / m.area;
+            if (const double length = gradient.norm(); length > 0) {
+                c.normal = gradient / length;
+                c.gap /= length;
+                set_tangents(c);
+            }
+        }
         if (std::abs(c.gap) <= reach)
             out.contact.push_back(c);
         else

@@ -17,7 +17,9 @@ struct FaceSums {
 
     std::array<double, 4> area{}; ///< int psi_i [m^2]
     std::array<Vec3, 4> normal;   ///< int psi_i (nu_master - nu_slave) [m^2]
-    Weights slave;                ///< int psi_i N_j, j counts the face's nodes [m^2]
+    /// int psi_i nu_master e^T / (nu_master . e), e the direction in which the master is seen [m^2]
+    std::array<Mat3, 4> slope;
+    Weights slave; ///< int psi_i N_j, j counts the face's nodes [m^2]
     std::vector<Master> master;
     std::array<Vec3, 4> far; ///< of a master that does not bend: int psi_i y, y its place [m^3]
 
@@ -40,8 +42,10 @@ public:
     /// count as much as any other. The sum of areas and the total force are kept. Contacts with
     /// |gap| > reach are left out.
     /// @param slave_places, master_places  of all nodes of each mesh [m]
+    /// @param of_gap  normals are the gradients of the gaps (MortarOptions::normals_of_gap)
     SurfaceContacts contacts(std::span<const Vec3> slave_places,
-                             std::span<const Vec3> master_places, double reach) const;
+                             std::span<const Vec3> master_places, double reach,
+                             bool of_gap = false) const;
 
 private:
     struct Entry {
@@ -51,6 +55,7 @@ private:
     struct Multiplier {
         double area = 0, full = 0;
         Vec3 normal = Vec3::Zero(), far = Vec3::Zero();
+        Mat3 slope = Mat3::Zero();
     };
     struct FaceLinks {
         int count = 0;

@@ -74,6 +74,7 @@ public:
         , reach_(options.reach)
         , of_master_(options.master_normals)
         , smooth_(options.smooth_normals)
+        , of_gap_(options.normals_of_gap)
         , slave_facets_(facets_near(slave, slave_places, master_box, options.reach))
         , sums_(slave, master, fixed)
     {
@@ -110,7 +111,7 @@ public:
             add_face_(std::span(slave_facets_).subspan(i, end - i));
             i = end;
         }
-        return sums_.contacts(slave_places_, master_places_, reach_);
+        return sums_.contacts(slave_places_, master_places_, reach_, of_gap_);
     }
 
 private:
@@ -480,9 +481,11 @@ private:
         const Vec3 apart =
             sides.axes.transpose() *
             (sides.master_normal - (of_master_ ? Vec3(Vec3::Zero()) : Vec3(Vec3::UnitZ())));
+        const Mat3 slope = of_gap_ ? slope_(sides, sides.master_normal) : Mat3(Mat3::Zero());
         for (std::size_t i = 0; i < 3; ++i) {
             face_sums_.area[i] += sum[Eigen::Index(i)];
             face_sums_.normal[i] += sum[Eigen::Index(i)] * apart;
+            if (of_gap_) face_sums_.slope[i] += sum[Eigen::Index(i)] * slope;
         }
         face_sums_.slave.topLeftCorner<3, 3>() += slave;
         master.weights.topLeftCorner<3, 3>() += far;
@@ -526,12 +529,22 @@ private:
         if (of_master_) normal.setZero();
         Vec3 apart = sides.axes.transpose() * (far_normal - normal);
         if (smooth_) apart = smooth_apart_(sides, x.values, normal, M, far_normal);
+        const Mat3 slope = of_gap_ ? slope_(sides, far_normal) : Mat3(Mat3::Zero());
         for (int i = 0; i < multipliers.count; ++i) {
             face_sums_.area[static_cast<std::size_t>(i)] += psi[i];
             face_sums_.normal[static_cast<std::size_t>(i)] += psi[i] * apart;
+            if (of_gap_) face_sums_.slope[static_cast<std::size_t>(i)] += psi[i] * slope;
         }
         face_sums_.slave += psi * x.values.transpose();
         master.weights += psi * M.transpose();
+    }
+
+    /// Where a slave slides by s, its place sees the master farther along it: a gap along n changes
+    /// by s . slope n.
+    /// @param far_normal  of the master, in the plane's coordinates
+    static Mat3 slope_(const Sides& sides, const Vec3& far_normal)
+    {
+        return sides.axes.transpose() * far_normal * sides.axes.row(2) / far_normal.z();
     }
 
     /// As far_normal - normal, with smooth normals of the faces that have them.
@@ -553,7 +566,7 @@ private:
     std::span<const Vec3> slave_places_, master_places_, at_rest_;
     std::vector<std::optional<Behind>> behind_; ///< of near_
     double reach_ = 0;
-    bool of_master_ = false, smooth_ = false;
+    bool of_master_ = false, smooth_ = false, of_gap_ = false;
     std::vector<Facet> slave_facets_;
     const FacetTree* master_faces_ = nullptr;
     std::optional<FixedIntegrals> fixed_;

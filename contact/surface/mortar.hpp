@@ -20,6 +20,10 @@ struct MortarOptions {
     /// Normals are those of the master alone, of one that does not bend: they turn with it, not
     /// with what is pressed on it.
     bool master_normals = false;
+    /// The normal of a contact is the direction in which its gap grows fastest as the surfaces are
+    /// moved against each other, so that its force does no work where they slide along each other.
+    /// Else it is the mean of both sides', which does: some 1 % of what friction takes.
+    bool normals_of_gap = false;
     /// Of a body that may touch itself: its nodes at rest; both surfaces are of its mesh, and may
     /// be the same one. Faces with a node in common do not touch, and what lies behind a face at
     /// rest overlaps by no more than a share of that distance: more is the body's own thickness

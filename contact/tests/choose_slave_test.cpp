@@ -10,9 +10,10 @@ using namespace amontons::test;
 
 namespace {
 
-bool first(const TouchingBody& a, double Ea, const TouchingBody& b, double Eb)
+bool first(const TouchingBody& a, double Ea, const TouchingBody& b, double Eb,
+           bool covered_first = false)
 {
-    return first_is_slave(a.surface, a.mesh.nodes, Ea, b.surface, b.mesh.nodes, Eb);
+    return first_is_slave(a.surface, a.mesh.nodes, Ea, b.surface, b.mesh.nodes, Eb, covered_first);
 }
 
 } // namespace
@@ -84,4 +85,21 @@ TEST_CASE("the choice does not change where both are turned")
             upper.move(turn(0.3 + i, {0.3, -0.8, 0.1 * i}));
             CHECK(first(lower, 1, upper, 3) == as_it_is);
         }
+}
+
+TEST_CASE(
+    "a side that the other covers wholly is the slave though it is finer, up to a factor of 4")
+{
+    for (const ElementKind kind : kKinds) {
+        const TouchingBody wide = box_body(kind, {0, 0, -0.5}, {1, 1, 0}, {10, 10, 4});
+        const auto end_at = [&](double x, std::int32_t cells) {
+            return box_body(kind, {x, 0.3, 0.01}, {x + 0.4, 0.7, 0.4}, {cells, cells, 4});
+        };
+        CHECK(first(end_at(0.3, 6), 1, wide, 1, true));
+        CHECK(!first(wide, 1, end_at(0.3, 6), 1, true));
+        CHECK(!first(end_at(0.3, 20), 1, wide, 1, true)); // far finer
+        CHECK(first(wide, 1, end_at(0.3, 20), 1, true));
+        CHECK(!first(end_at(0.8, 6), 1, wide, 1, true)); // hangs over
+        CHECK(first(wide, 1, end_at(0.8, 6), 1, true));
+    }
 }

@@ -567,3 +567,52 @@ TEST_CASE("small multipliers of a quadrilateral join along its edges wherever it
         CHECK(a.point.y() == doctest::Approx(b.point.y()).epsilon(1e-9));
     }
 }
+
+TEST_CASE("a normal of the gap is the gradient of the gap where surfaces are shifted")
+{
+    const auto bend = [](TouchingBody& body, double size, double phase) {
+        for (Vec3& x : body.mesh.nodes)
+            x.z() += size * std::sin(3 * x.x() + phase) * std::cos(2.5 * x.y() - phase);
+    };
+    constexpr double kStep = 1e-5;
+    for_pairs(
+        {-0.5, -0.4, -1}, {1.6, 1.5, 0}, kTurn, [&](TouchingBody& slave, TouchingBody& master) {
+            bend(slave, 0.03, 0.2);
+            bend(master, -0.04, 0.9);
+            const auto found = [&](const Vec3& shift, bool of_gap) {
+                TouchingBody moved = slave;
+                moved.move(Eigen::Isometry3d(Eigen::Translation3d(shift)));
+                MortarOptions options;
+                options.reach = 0.3;
+                options.normals_of_gap = of_gap;
+                return mortar_contacts(moved.surface, moved.mesh.nodes, master.surface,
+                                       master.mesh.nodes, options);
+            };
+            const SurfaceContacts mean = found(Vec3::Zero(), false),
+                                  own = found(Vec3::Zero(), true);
+            REQUIRE(mean.contact.size() == own.contact.size());
+            REQUIRE(mean.contact.size() > 10);
+            std::vector<Vec3> gradient(mean.contact.size(), Vec3::Zero());
+            for (int axis = 0; axis < 3; ++axis)
+                for (const double sign : {-1.0, 1.0}) {
+                    const SurfaceContacts there = found(sign * kStep * Vec3::Unit(axis), false);
+                    REQUIRE(there.contact.size() == mean.contact.size());
+                    for (std::size_t i = 0; i < gradient.size(); ++i) {
+                        const SurfaceContact& c = there.contact[i];
+                        const Vec3 opposite = weighted(there.master(c), master.mesh.nodes);
+                        gradient[i][axis] +=
+                            sign * mean.contact[i].normal.dot(c.point - opposite) / (2 * kStep);
+                    }
+                }
+            double worst = 0, of_mean = 0;
+            for (std::size_t i = 0; i < gradient.size(); ++i) {
+                const Vec3 along = gradient[i].normalized();
+                worst = std::max(worst, (own.contact[i].normal - along).norm());
+                of_mean = std::max(of_mean, (mean.contact[i].normal - along).norm());
+                CHECK(own.contact[i].gap * gradient[i].norm() ==
+                      doctest::Approx(mean.contact[i].gap).epsilon(1e-3));
+            }
+            CHECK(worst < 2e-3);
+            CHECK(of_mean > 20 * worst);
+        });
+}

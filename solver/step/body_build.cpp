@@ -580,7 +580,9 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
             if (a.solid && b.solid)
                 swap = !first_is_slave(surfaces[k][0]->outside, a.solid->places(),
                                        a.solid->stiffness(), surfaces[k][1]->outside,
-                                       b.solid->places(), b.solid->stiffness());
+                                       b.solid->places(), b.solid->stiffness(),
+                                       scene.time.kind != "dynamic" && !p.nodal &&
+                                           law.sliding != "small");
             else
                 swap = !a.rod && (b.rod || (b.solid && !a.solid)); // rods first, then solids
         }

@@ -505,6 +505,7 @@ void ContactFinder::solid_on_solid(const std::vector<BodyRef>& bodies, int pair,
     options.nodal = p.nodal;
     // For integrals the normal does not jump at an edge of faces, for a node on the edge it does.
     options.smooth_normals = p.nodal;
+    options.normals_of_gap = !step_.dynamic && !p.nodal && !p.small && p.a != p.b;
     if (p.a == p.b) options.at_rest = a.mesh().nodes;
     append(mortar_contacts(p.surface_a->outside, x_a, p.surface_b->outside, x_b, options), pair,
            p.a, p.b, true, out);
