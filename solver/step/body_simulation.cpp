@@ -305,6 +305,13 @@ StepResult BodySimulation::State::begin()
                                                "{:.6g} J",
                                                last.energy.elastic));
         energy.elastic = last.energy.elastic;
+    } else if (const double apart = dynamic() ? slight_overlap(*system) : 0; apart > 0) {
+        if (undo_slight_overlaps(*stop, [&]() -> const BodyStepReport& {
+                return last = separation_step(*system, step_options());
+            }))
+            summary.warnings.push_back(fmt::format("bodies that overlapped by {:.3g} m at the "
+                                                   "start were separated before the first step",
+                                                   apart));
     }
     const double elastic = energy.elastic; // of the first balance
     energy = {};

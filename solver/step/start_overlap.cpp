@@ -191,11 +191,56 @@ BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& option
     return report;
 }
 
+namespace {
+
+/// How deep bodies are in each other at the end of a step: by their contacts, too, since small
+/// depths may be left out where surfaces are measured [m].
+double left_in(const BodyStepReport& report)
+{
+    double depth = report.overlap.depth;
+    for (const BodyContact& c : report.contacts.contact)
+        depth = std::max(depth, -c.gap);
+    return depth;
+}
+
+} // namespace
+
+double slight_overlap(BodySystem& system)
+{
+    constexpr double kSlight = 1e-6; // of the body: a step removes less than this at once
+    const auto may_strain = [](const BodyRef& b) { return b.solid || b.rod; };
+    if (std::ranges::any_of(system.refs, may_strain) || !system.couplings.empty()) return 0;
+    BodyContacts found;
+    StepInput at_rest;
+    at_rest.dynamic = true;
+    system.finder.begin_step(system.refs);
+    system.finder.find(system.refs, at_rest, found);
+    double depth = 0;
+    for (const BodyContact& c : found.contact)
+        if (-c.gap > kSlight * system.bodies[std::size_t(c.a)]->size())
+            depth = std::max(depth, -c.gap);
+    return depth;
+}
+
+bool undo_slight_overlaps(const std::atomic<bool>& stop,
+                          const std::function<const BodyStepReport&()>& step)
+{
+    constexpr int kMost = 200;
+    double left = std::numeric_limits<double>::infinity();
+    for (int i = 0; i < kMost && left > 0 && !stop; ++i) {
+        const BodyStepReport& report = step();
+        if (!report.accepted) return false;
+        const double now = left_in(report);
+        if (!(now < left)) break;
+        left = now;
+    }
+    return true;
+}
+
 bool resolve_start_overlaps(ContactFinder& finder, bool dynamic, const std::atomic<bool>& stop,
                             const std::function<const BodyStepReport&()>& step)
 {
     constexpr double kLeast = 1.0 / 256; // part of the depth
-    constexpr int kMost = 200;
     const auto accepted = [&](double share) {
         finder.set_start_overlap_share(share);
         return step().accepted;
@@ -212,13 +257,8 @@ bool resolve_start_overlaps(ContactFinder& finder, bool dynamic, const std::atom
         }
     }
     if (share > 0) return false;
-    // A step in motion undoes a share of what is left.
-    double depth = std::numeric_limits<double>::infinity();
-    for (int i = 0; dynamic && i < kMost && depth > 0; ++i) {
-        const BodyStepReport& report = step();
-        if (!report.accepted || !(report.overlap.depth < depth)) break;
-        depth = report.overlap.depth;
-    }
+    // What is left then is little: a step that is not accepted is none of a start that is refused.
+    if (dynamic) undo_slight_overlaps(stop, step);
     return true;
 }
 

@@ -19,6 +19,15 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
 /// stiffness allow. Velocities are kept.
 BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options);
 
+/// The depth of rigid bodies in motion in each other where they begin, as far as a step would not
+/// undo it at once: less than what a start is refused for [m]. 0 where anything could be strained.
+double slight_overlap(BodySystem& system);
+
+/// Repeats steps of separation, which undo a share of the overlap each, until none is left.
+/// @return  false if a step is not accepted
+bool undo_slight_overlaps(const std::atomic<bool>& stop,
+                          const std::function<const BodyStepReport&()>& step);
+
 /// Presses bodies that begin inside each other apart, in parts of the depth.
 /// @param step  a step at the start, of which at rest the first balance comes
 /// @return  false if some step is not accepted, or `stop` is set

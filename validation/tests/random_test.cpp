@@ -427,6 +427,30 @@ TEST_CASE("runs whose steps are cut otherwise may differ by what finer runs meas
     CHECK(compare_runs(run, with_force(1 + 3.9e-4), turned).size() == 1);
 }
 
+TEST_CASE("work over steps that are cut otherwise may differ by the energy that these miss")
+{
+    TestFolder folder;
+    const WrittenRun run = read_run(run_scene_in(folder.path, dragged_block()));
+    REQUIRE(run.history.rows.size() > 3);
+    const auto add = [](WrittenRun& r, const char* column, std::size_t from, double by) {
+        for (std::size_t i = from; i < r.history.rows.size(); ++i)
+            r.history.rows[i][std::size_t(r.history.column(column))] += by;
+    };
+    const double missed = 1e-3 * run.history.last("work_absolute");
+    const auto other = [&](bool merged, double error) {
+        WrittenRun r = run; // its second step misses energy
+        add(r, "work", 2, missed);
+        add(r, "energy_error", 2, error);
+        if (merged) r.history.rows.erase(r.history.rows.begin() + 1); // a longer step
+        return r;
+    };
+    Variant turned{"turned", {}};
+    turned.tolerance = 1e-6;
+    CHECK(compare_runs(run, other(true, 1.01 * missed), turned).empty());
+    CHECK(compare_runs(run, other(true, 0.9 * missed), turned).size() == 1);
+    CHECK(compare_runs(run, other(false, 1.01 * missed), turned).size() == 1); // the same steps
+}
+
 TEST_CASE("a file that is cut short is caught")
 {
     Planted run(resting_box());
