@@ -363,10 +363,11 @@ bool BodyStepper::solve_with_modes()
         } else {
             ++stalled;
         }
-        drifting_ =
-            (drifts >= kMostDrifts || stalled >= kMostStalled) && may_feed_freely(worst_body)
-                ? int(worst_body)
-                : -1;
+        const bool drifts_on = drifts >= kMostDrifts; // no scale of the elastic part would do
+        drifting_ = (drifts_on || stalled >= kMostStalled) && may_feed_freely(worst_body)
+                        ? int(worst_body)
+                        : -1;
+        if (drifting_ >= 0 && drifts_on) feeds_freely_[worst_body] = kMostFed - 1;
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {
