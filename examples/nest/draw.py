@@ -1,6 +1,7 @@
-"""The wire at some instants beside each other, each from two sides: python3 draw.py FOLDER nest.png STEP ...
+"""The wire at some instants beside each other, each from two sides: python3 draw.py [RADIUS] FOLDER nest.png STEP ...
 
-FOLDER is that of `amontons run`, STEP a number in frames/wire.STEP.vtp. From the wire's end (yellow) to its sheath (blue).
+RADIUS is the wire's [m], FOLDER that of `amontons run`, STEP a number in frames/wire.STEP.vtp. From the wire's end (yellow)
+to its sheath (blue).
 """
 
 import re
@@ -8,7 +9,7 @@ import struct
 import sys
 import zlib
 
-BALL, RADIUS = 0.015, 0.0008  # [m]
+BALL = 0.015  # [m]
 SCALE, SIDE = 12000, 380  # pixels a metre, of a panel
 VIEWS = (((0.8, 0.6, 0.0), (0.0, 0.0, 1.0)), ((0.0, 1.0, 0.0), (0.0, 0.0, 1.0)))  # right, up
 COLOURS = ((40, 70, 130), (70, 150, 200), (250, 205, 90))
@@ -32,12 +33,12 @@ def colour(share):
     return [a + t * (b - a) for a, b in zip(COLOURS[k], COLOURS[k + 1])]
 
 
-def panel(points, right, up):
+def panel(points, radius, right, up):
     """Rows of pixels: balls along the middle line, nearest first, lit from the camera."""
     eye = [right[k - 2] * up[k - 1] - right[k - 1] * up[k - 2] for k in range(3)]
     pixels = [[(255, 255, 255)] * SIDE for _ in range(SIDE)]
     depth = [[-1.0] * SIDE for _ in range(SIDE)]
-    middle, wide = SIDE / 2, SCALE * RADIUS
+    middle, wide = SIDE / 2, SCALE * radius
     for j in range(SIDE):
         for i in range(SIDE):
             if (i - middle) ** 2 + (j - middle) ** 2 < (SCALE * BALL) ** 2:
@@ -75,10 +76,12 @@ def write_png(file, rows):
 
 
 def main():
-    folder, file, steps = sys.argv[1], sys.argv[2], sys.argv[3:]
+    given = sys.argv[1:]
+    radius = float(given.pop(0)) if given[0].startswith("0.") else 0.0008
+    folder, file, steps = given[0], given[1], given[2:]
     rows = []
     for right, up in VIEWS:
-        panels = [panel(middle_line(f"{folder}/frames/wire.{int(s):06d}.vtp"), right, up) for s in steps]
+        panels = [panel(middle_line(f"{folder}/frames/wire.{int(s):06d}.vtp"), radius, right, up) for s in steps]
         rows += [sum((p[j] for p in panels), []) for j in range(SIDE)]
     write_png(file, rows)
 

@@ -22,6 +22,7 @@ constexpr double kMostTaken = 0.7;  // of T by S, or (T + S)^-1 is large
 constexpr double kSameLoad = 1e-3;
 constexpr int kMostDrifts = 4;
 constexpr int kMostStalled = 10;
+constexpr int kPlacesOfSlide = 3; // on fewer a body rolls
 constexpr char kMostFed = 3;
 constexpr double kSlow = 0.3;           // of the imbalance before
 constexpr double kSizeRounding = 1e-12; // of a body's size
@@ -239,6 +240,16 @@ bool BodyStepper::solve_with_modes()
 
     unbalanced_.resize(0);
 
+    const auto acting_contacts = [&](std::size_t b) {
+        int count = 0;
+        for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
+            if (rows_.chosen[i] >= int(list_.contact.size()) || r_[rows_.first[i]] <= 0) continue;
+            const BodyContact& k = list_.contact[std::size_t(rows_.chosen[i])];
+            count += k.a == int(b) || k.b == int(b);
+        }
+        return count;
+    };
+
     // ---- Multipliers: solve, then a <- a + s (B^T r + g)
     double best = std::numeric_limits<double>::infinity();
     const int begun = report_.iterations;
@@ -363,10 +374,11 @@ bool BodyStepper::solve_with_modes()
         } else {
             ++stalled;
         }
-        drifting_ =
-            (drifts >= kMostDrifts || stalled >= kMostStalled) && may_feed_freely(worst_body)
-                ? int(worst_body)
-                : -1;
+        const bool drifts_on = drifts >= kMostDrifts; // no scale of the elastic part would do
+        const bool slides =
+            stalled >= kMostStalled && acting_contacts(worst_body) >= kPlacesOfSlide;
+        drifting_ = (drifts_on || slides) && may_feed_freely(worst_body) ? int(worst_body) : -1;
+        if (drifting_ >= 0 && drifts_on) feeds_freely_[worst_body] = kMostFed - 1;
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
                            report_.iterations - begun > kMostOfModes;
         if (step + 1 == kMostModeSteps || stuck || rows_.count == 0) {

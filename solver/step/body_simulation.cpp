@@ -403,9 +403,13 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
         }
         if (*stop) return refused("");
         if (!shorter) {
-            if (may_snap() && !has_drag() && advance(h, true) && leave_unstable(false)) break;
+            std::string why = last.refusal; // of the step itself, then of the way over a snap
+            if (may_snap() && !has_drag()) {
+                if (advance(h, true) && leave_unstable(false)) break;
+                why += (why.empty() || last.refusal.empty() ? "" : "; ") + last.refusal;
+            }
             return refused(fmt::format(
-                "step {} (t = {:.6g} s): {}{}", step + 1, time, last.refusal,
+                "step {} (t = {:.6g} s): {}{}", step + 1, time, why,
                 retries == 0 ? "" : fmt::format("; steps down to {:.3g} s were tried", h)));
         }
         h = std::max(0.5 * h, least);

@@ -191,6 +191,35 @@ TEST_CASE("a wire that does not slip on a body turns it where it pushes beside i
     }
 }
 
+TEST_CASE(
+    "a wire that pushes a cylinder beside its middle cuts no step, and its turn is of first order")
+{
+    // Only the direction of the floor's friction holds the cylinder: multipliers of the size that
+    // the wire's compliance has would move it by a thousandth of its way each.
+    const double radius = 0.002, tip = 2.5e-4, aside = 3e-4, place = 0.01;
+    const double touch = place - std::sqrt((radius + tip) * (radius + tip) - aside * aside);
+    std::array<double, 3> turn{};
+    for (std::size_t i = 0; i < turn.size(); ++i) {
+        const int steps = 5 << i;
+        CAPTURE(steps);
+        const Result r = done(fmt::format(
+            R"("gravity": [0, 0, -9.81], "bodies": {{
+            "floor": {{"kind": "obstacle", "surface": {{"generate": "plane"}}}},
+            "body": {{"kind": "rigid", "shape": {{"generate": "cylinder", "radius": {0},
+                "length": {1}}}, "density": 1584, "start": {{"place": [{2}, {3}, {0}]}}}},
+            "wire": {{"kind": "beam", "segments": [{{"length": 0.035, "radius": {4}, "EI": 4e-4,
+                "element": 2.5e-3}}], "introducer": {{"at": [0, 0, {0}], "direction": [1, 0, 0]}},
+                "drive": {{"insertion": [[0, {5}], [1, {6}]]}}}}}},
+            "contact": [{{"between": ["body", "floor"], "friction": 0.2}},
+                        {{"between": ["wire", "body"], "friction": 0.25}}],
+            "time": {{"step": {7}, "end": 1}})",
+            radius, 2 * radius, place, -aside, tip, touch - 1e-7, touch + 0.004, 1.0 / steps));
+        CHECK(r.summary.steps <= steps + 2); // 58 with multipliers of that size
+        turn[i] = r.value("body_turn_z");
+    }
+    CHECK(turn[0] - turn[1] == relative(2 * (turn[1] - turn[2])).epsilon(0.25));
+}
+
 TEST_CASE("a wire with a density sinks by its weight, alone and beside a body that is far away")
 {
     // A hollow cantilever under its own weight: w L^4 / (8 EI) at its end.
