@@ -240,14 +240,19 @@ bool BodyStepper::solve_with_modes()
 
     unbalanced_.resize(0);
 
-    const auto acting_contacts = [&](std::size_t b) {
+    // Whether a rod moves a body that it touches, which stands on several places.
+    const auto is_pushed_by_rod = [&](std::size_t b) {
         int count = 0;
+        bool rod = false;
         for (std::size_t i = 0; i < rows_.chosen.size(); ++i) {
             if (rows_.chosen[i] >= int(list_.contact.size()) || r_[rows_.first[i]] <= 0) continue;
             const BodyContact& k = list_.contact[std::size_t(rows_.chosen[i])];
-            count += k.a == int(b) || k.b == int(b);
+            if (k.a != int(b) && k.b != int(b)) continue;
+            ++count;
+            const int other = k.a == int(b) ? k.b : k.a;
+            rod = rod || (other >= 0 && system_.refs[std::size_t(other)].rod);
         }
-        return count;
+        return rod && count >= kPlacesOfSlide;
     };
 
     // ---- Multipliers: solve, then a <- a + s (B^T r + g)
@@ -375,8 +380,7 @@ bool BodyStepper::solve_with_modes()
             ++stalled;
         }
         const bool drifts_on = drifts >= kMostDrifts; // no scale of the elastic part would do
-        const bool slides =
-            stalled >= kMostStalled && acting_contacts(worst_body) >= kPlacesOfSlide;
+        const bool slides = stalled >= kMostStalled && is_pushed_by_rod(worst_body);
         drifting_ = (drifts_on || slides) && may_feed_freely(worst_body) ? int(worst_body) : -1;
         if (drifting_ >= 0 && drifts_on) feeds_freely_[worst_body] = kMostFed - 1;
         const bool stuck = (step > 20 && worst > 0.5 * best && growth > 1e3) || drifting_ >= 0 ||
