@@ -93,6 +93,8 @@ struct JointFrames {
 /// @param row     out; new, or one of the same coupling
 void find_row(const std::vector<BodyRef>& bodies, const Coupling& coupling, double known,
               JointFrames& frames, CouplingRow& row);
+/// The same, of a single row.
+/// @param known  as above [rad]
 CouplingRow coupling_row(const std::vector<BodyRef>& bodies, const Coupling& coupling,
                          double known = 0);
 
