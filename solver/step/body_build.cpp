@@ -577,13 +577,18 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
         if (!swap && body[1] >= 0 && body[0] != body[1]) {
             const BodyRef &a = system->refs[std::size_t(body[0])],
                           &b = system->refs[std::size_t(body[1])];
-            if (a.solid && b.solid)
-                swap = !first_is_slave(surfaces[k][0]->outside, a.solid->places(),
-                                       a.solid->stiffness(), surfaces[k][1]->outside,
-                                       b.solid->places(), b.solid->stiffness(),
-                                       scene.time.kind != "dynamic" && !p.nodal &&
-                                           law.sliding != "small");
-            else
+            if (a.solid && b.solid) {
+                const auto second_is_slave = [&](bool covered_first) {
+                    return !first_is_slave(surfaces[k][0]->outside, a.solid->places(),
+                                           a.solid->stiffness(), surfaces[k][1]->outside,
+                                           b.solid->places(), b.solid->stiffness(), covered_first);
+                };
+                const bool by_mesh = second_is_slave(false);
+                swap = scene.time.kind == "dynamic" || p.nodal || law.sliding == "small"
+                           ? by_mesh
+                           : second_is_slave(true);
+                p.names_b = swap != by_mesh;
+            } else
                 swap = !a.rod && (b.rod || (b.solid && !a.solid)); // rods first, then solids
         }
         p.surface_a = surfaces[k][swap ? 1 : 0];

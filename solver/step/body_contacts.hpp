@@ -109,6 +109,7 @@ struct ContactPair {
     bool small = false; ///< contacts of the start are kept: they move with their bodies
     bool nodal = false; ///< contacts of meshes at nodes instead of mortar integrals
     bool named = true;  ///< its law is between two names, not by "*"
+    bool names_b = false; ///< its columns are those of the force on b: they keep their names
     double reach = 0;   ///< gaps and overlaps that are examined [m]
     /// Gaps of dynamic steps beyond what the bodies can close within one [m]: normals of what is
     /// farther apart may not be those of the touch, and stay for the step.

@@ -402,12 +402,14 @@ std::vector<Quantity> body_quantities(const Scene& scene, const std::vector<Obst
             continue;
         }
         // A_on_B is what A exerts on B: the contacts' forces act on their first body.
-        const std::string name = (pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
-                                                 : system.refs[std::size_t(pairs[p].b)].name) +
-                                 "_on_" + system.refs[std::size_t(pairs[p].a)].name;
+        const std::string& first = system.refs[std::size_t(pairs[p].a)].name;
+        const std::string& second = pairs[p].b < 0 ? obstacles[std::size_t(pairs[p].obstacle)].name
+                                                   : system.refs[std::size_t(pairs[p].b)].name;
+        const bool on_second = pairs[p].names_b;
+        const std::string name = on_second ? first + "_on_" + second : second + "_on_" + first;
         // Of a solid and itself forces act on either side: their sum is zero.
         const bool itself = system.refs[std::size_t(pairs[p].a)].solid && pairs[p].a == pairs[p].b;
-        if (!itself) vector(name, "_force", "N", force[p]);
+        if (!itself) vector(name, "_force", "N", on_second ? Vec3(-force[p]) : force[p]);
         out.push_back({name + "_contacts", "", closed[p]});
         if (system.refs[std::size_t(pairs[p].a)].rod || itself)
             out.push_back({name + "_normal_force", "N", normal[p]}); // of all sides
