@@ -583,10 +583,12 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                                            a.solid->stiffness(), surfaces[k][1]->outside,
                                            b.solid->places(), b.solid->stiffness(), covered_first);
                 };
+                // Where no surfaces are named rims have rows of their own, and both sides are held.
+                const bool faces_alone = !law.surfaces[0].empty() && !law.surfaces[1].empty() &&
+                                         scene.time.kind != "dynamic" && !p.nodal &&
+                                         law.sliding != "small";
                 const bool by_mesh = second_is_slave(false);
-                swap = scene.time.kind == "dynamic" || p.nodal || law.sliding == "small"
-                           ? by_mesh
-                           : second_is_slave(true);
+                swap = faces_alone ? second_is_slave(true) : by_mesh;
                 p.names_b = swap != by_mesh;
             } else
                 swap = !a.rod && (b.rod || (b.solid && !a.solid)); // rods first, then solids
