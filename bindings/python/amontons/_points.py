@@ -10,6 +10,7 @@ import socket
 import subprocess
 import sys
 import tempfile
+import threading
 import time
 
 from . import _native
@@ -32,16 +33,22 @@ sys.exit(code)
 """
 
 
+#: Name of the threads that wait for programs that were interrupted.
+INTERRUPTED = "amontons_interrupted"
+
+
 def start(command, **options):
     """A Popen that Ctrl-C reaches by this process alone: interrupt() hands it on, once."""
     return subprocess.Popen(command, stdin=subprocess.DEVNULL, process_group=0, **options)
 
 
 def interrupt(process):
-    """Stops the program; where it does not end at once, it is not waited for."""
+    """Stops the program; where it does not end at once, a thread waits for it: it may still write what it has begun."""
     process.send_signal(signal.SIGINT)
-    with contextlib.suppress(subprocess.TimeoutExpired):
+    try:
         process.wait(0.03)
+    except subprocess.TimeoutExpired:
+        threading.Thread(target=process.wait, name=INTERRUPTED, daemon=True).start()
 
 
 def _finished(process, out, err, meanwhile):
