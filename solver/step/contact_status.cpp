@@ -81,6 +81,7 @@ void change(const Candidate& c, Trial& t, Change::Kind kind)
 void initial_status(const Candidate& c, Trial& t)
 {
     t = Trial{};
+    t.hold = stick_weight(c);
     if (!(c.normal > 0) && c.gap >= 0 && !c.bilateral) return;
     t.status = 1;
     if (!(c.mu > 0)) return;

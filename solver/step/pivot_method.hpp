@@ -24,7 +24,8 @@
 //   first(), last()              nodes
 //   gradient(), right(), increment(), trial(), matrix()
 //   start_matrix(shift, from)    the base system with the shift in the rows from that node on
-//   most_trials()                of statuses, before the step is made shorter by a shift
+//   most_trials()                of statuses, before sticking contacts are springs, and of each
+//                                stiffness of these
 //   shift_levels()               optional: how often it is, kShiftLevels without
 //   min_stiffness()              scale of the shift [N/m]
 //   last_shift()                 of the last iterate of this solve that needed one [N/m]
@@ -35,21 +36,10 @@
 
 namespace amontons::pivoting {
 
-/// Of statuses, before the step is made shorter by a shift: where few contacts are closed, and at
-/// the most.
-constexpr int kTrials = 24, kTrialsOfMany = 200;
+constexpr int kTrials = 24; ///< of statuses, of one wire or instruments in one another
 /// Levels of the shift in one iteration.
 constexpr int kShiftLevels = 4;
 constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; ///< relative to the wire's stiffness
-
-/// Number of trials of wires: in the end contacts change one by one, each once or oftener.
-template <class System> int trials_of(const System& s)
-{
-    int closed = 0;
-    for (std::size_t k = 0; k < s.contacts(); ++k)
-        closed += s.contact(k).normal > 0;
-    return std::clamp(closed, kTrials, kTrialsOfMany);
-}
 
 /// Normal plus mu times the slip force's direction.
 template <class System> typename System::Row slip_force_row(System& s, std::size_t k)
@@ -90,7 +80,7 @@ template <class System> void add_contact(System& s, std::size_t k, bool coupled,
     System::add_product(K, place, s.normal(k), s.normal(k), rho, from);
     if (c.mu > 0)
         for (int i = 0; i < 2; ++i)
-            System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), stick_weight(c), from);
+            System::add_product(K, place, s.tangent(k, i), s.tangent(k, i), t.hold, from);
 }
 
 /// Adds the forces of contact k to the right-hand side.
@@ -111,8 +101,7 @@ template <class System> void add_contact_force(System& s, std::size_t k)
     System::add_force(r, place, s.normal(k), fn);
     if (c.mu > 0)
         for (int i = 0; i < 2; ++i)
-            System::add_force(r, place, s.tangent(k, i),
-                              c.tangential[i] - stick_weight(c) * c.slip[i]);
+            System::add_force(r, place, s.tangent(k, i), c.tangential[i] - t.hold * c.slip[i]);
 }
 
 /// Friction force of a slipping contact from its normal reaction and its motion.
@@ -146,9 +135,8 @@ template <class System> void evaluate(System& s, std::size_t k)
     t.normal = c.normal - normal_weight(c) * t.gap;
     t.gap += c.compliance * (t.normal - c.normal);
     if (t.status == 1 && c.mu > 0) {
-        const double rt = stick_weight(c);
-        t.t1 = c.tangential[0] - rt * t.v1;
-        t.t2 = c.tangential[1] - rt * t.v2;
+        t.t1 = c.tangential[0] - t.hold * t.v1;
+        t.t2 = c.tangential[1] - t.hold * t.v2;
     } else if (t.status == 2) {
         set_slip_reaction(s, k);
     }
@@ -291,7 +279,15 @@ void flip_statuses(const System& s, std::vector<Change>& wrong, int count, Stall
         if (wrong[k].kind != Change::none) turn(k);
 }
 
-/// Pivots the statuses from those of the iterate. Leaves the increment and the trials.
+/// Statuses of the iterate.
+template <class System> void start_trials(System& s)
+{
+    s.trial().resize(s.contacts());
+    for (std::size_t k = 0; k < s.contacts(); ++k)
+        initial_status(s.contact(k), s.trial()[k]);
+}
+
+/// Pivots the statuses from those of the trials. Leaves the increment and the trials.
 template <class System>
 bool pivot(System& s, const Residual& res, const NewtonOptions& options, double& shift,
            NewtonReport& report)
@@ -299,9 +295,6 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     const std::size_t n = s.contacts();
     std::vector<Trial>& trials = s.trial();
     const double force = least_violation(res, options);
-    trials.resize(n);
-    for (std::size_t k = 0; k < n; ++k)
-        initial_status(s.contact(k), trials[k]);
 
     std::vector<Change> wrong(n);
     StallCounter patience;
@@ -330,6 +323,36 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         });
     }
     return false;
+}
+
+/// Pivots from the statuses of the iterate. Where friction turns in many contacts at once that runs
+/// in circles: then sticking contacts are springs first, and these are stiffened until they hold;
+/// the statuses of each stiffness are nearly those of the next.
+template <class System>
+bool pivot_or_stiffen(System& s, const Residual& res, const NewtonOptions& options, double& shift,
+                      NewtonReport& report)
+{
+    constexpr double kSoftest = 1e-5, kStiffening = 30; // of the weight that holds (ratio)
+    const double before = shift;
+    start_trials(s);
+    if (pivot(s, res, options, shift, report)) return true;
+    bool is_held = false; // by friction
+    for (std::size_t k = 0; k < s.contacts(); ++k)
+        is_held |= s.trial()[k].status != 0 && s.contact(k).mu > 0;
+    if (!is_held || shift > kLargestShift * s.min_stiffness()) return false;
+
+    const double after = shift;
+    shift = before;
+    start_trials(s);
+    for (double part = kSoftest;; part = std::min(1.0, kStiffening * part)) {
+        for (std::size_t k = 0; k < s.contacts(); ++k)
+            s.trial()[k].hold = part * stick_weight(s.contact(k));
+        if (!pivot(s, res, options, shift, report)) {
+            shift = after;
+            return false;
+        }
+        if (part == 1) return true;
+    }
 }
 
 /// The multipliers of one solve err by 1 / (1 + rho W): nothing, unless friction has all but
@@ -426,9 +449,9 @@ bool solve(System& s, const Residual& res, const NewtonOptions& options, double&
     for (int level = 0; level < levels; ++level) {
         if constexpr (requires { s.has_compliant_walls(); }) {
             done = s.has_compliant_walls() ? s.pivot_compliant(res, options, shift, report)
-                                           : pivot(s, res, options, shift, report);
+                                           : pivot_or_stiffen(s, res, options, shift, report);
         } else {
-            done = pivot(s, res, options, shift, report);
+            done = pivot_or_stiffen(s, res, options, shift, report);
         }
         if (done) break;
         shift = std::max(16 * shift, 1e-3 * s.min_stiffness());

@@ -97,6 +97,7 @@ struct NewtonWorkspace {
         int status = 0;                    ///< 0 open, 1 stick, 2 slip
         double c1 = 0, c2 = 0;             ///< slip force direction (cosines)
         double across = 0;                 ///< stiffness across it [N/m]
+        double hold = 0;                   ///< weight of the rows while it sticks [N/m]
         double normal = 0, t1 = 0, t2 = 0; ///< reaction after the trial [N]
         double gap = 0, v1 = 0, v2 = 0;    ///< after the trial [m]
     };

@@ -533,12 +533,13 @@ TEST_CASE("a wire that jams keeps its energy balance")
                             << r.energy.error() / r.energy.work_absolute << " of the work");
 }
 
-// 144 contacts on springs turn from slip through stick to slip the other way, one after another:
-// each iteration has to find the status of all, and a damped motion the reactions of all.
+// Many contacts on springs turn from slip through stick to slip the other way, one after another
+// from the introducer: the status of all has to be found at once, and the answer is that of the
+// wire, not of its elements.
 TEST_CASE("a wire on soft walls that is drawn back turns its friction in steps of a millimetre" *
           doctest::test_suite("slow"))
 {
-    const Scene scene = parse_scene(R"({"schema": 1, "bodies": {
+    Scene scene = parse_scene(R"({"schema": 1, "bodies": {
         "tube": {"kind": "obstacle", "surface": {"generate": "tube", "radius": 0.005139,
             "centreline": {"start": [0, 0, 0], "direction": [1, 0, 0], "normal": [0, 1, 0],
                 "pieces": [{"length": 0.02883}, {"radius": 0.0432, "angle": 1.751,
@@ -552,21 +553,27 @@ TEST_CASE("a wire on soft walls that is drawn back turns its friction in steps o
             "drive": {"insertion": [[0, 0], [1, 0.1559], [1.1, 0.15]]}}},
         "contact": [{"between": ["wire", "tube"], "friction": 0.6, "foundation": 1000}],
         "time": {"kind": "quasi_static", "step": 0.05, "end": 1.1}})",
-                                    "test.json", {});
+                              "test.json", {});
     std::atomic<bool> never{false};
-    Keep keep;
-    WireSimulation s(scene, build_obstacles(scene));
-    const RunSummary r = s.run(keep, never);
-    CHECK(r.message == "");
-    REQUIRE(r.status == "done");
-    CHECK(r.uncertified_steps == 0);
-    CHECK(r.steps < 60); // [regression] 36 for 22 of the scene; 219 and then refused before
-    CHECK(keep.records.back().contacts.size() > 100);
-    // 0.005 at this step, 0.0002 at two fifths of it.
-    CHECK(std::abs(r.energy.error()) < 0.01 * r.energy.work_absolute);
-    double push = 0;
-    for (const StepRecord& k : keep.records)
-        push = std::max(push, value(k, "push_force"));
-    CHECK(push > 0.3);
-    CHECK(value(keep.records.back(), "push_force") < -0.1 * push); // it is pulled
+    std::vector<double> pull;
+    for (const double part : {1.0, 0.5}) {
+        for (BeamSegment& g : scene.beams[0].segments)
+            g.element *= part;
+        Keep keep;
+        WireSimulation s(scene, build_obstacles(scene));
+        const RunSummary r = s.run(keep, never);
+        CHECK(r.message == "");
+        REQUIRE(r.status == "done");
+        CHECK(r.uncertified_steps == 0);
+        CHECK(r.steps < 60); // [regression] 33 and 43 for 22 of the scene
+        CHECK(keep.records.back().contacts.size() > 100);
+        // Its own limit: a viscous flow in place of these balances made up to three quarters of a
+        // step's work.
+        CHECK(std::abs(r.energy.error()) < 0.01 * r.energy.work_absolute);
+        CHECK(r.energy.released == 0); // no balance is lost
+        pull.push_back(value(keep.records.back(), "push_force"));
+        CHECK(pull.back() < -0.1); // of a largest push of 0.66 N
+    }
+    // 0.0039 apart; 0.14 and 45 s while friction turned in a viscous flow.
+    CHECK(pull[1] == test::relative(pull[0]).epsilon(0.015));
 }
