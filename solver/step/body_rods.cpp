@@ -57,7 +57,9 @@ bool BodyStepper::solve_rods()
         rods_.rods.push_back(b.rod);
     const bool medium = std::ranges::any_of(
         system_.refs, [](const BodyRef& b) { return b.rod && b.rod->has_drag(); });
-    rods_.hasty = medium && problem_.mu.isZero(0); // slips may take long to find their directions
+    // Slips may take long to find their directions, and the state where a run begins has no shorter
+    // step.
+    rods_.hasty = medium && step_.h > 0 && problem_.mu.isZero(0);
     rods_.stop = options_.stop;
     std::vector<double> joint_force(static_cast<std::size_t>(joints), 0);
     for (int c = 0; c < joints; ++c)

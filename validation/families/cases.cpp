@@ -233,6 +233,11 @@ const std::vector<Case>& cases()
          "closed form, by hand, of a rod without bending stiffness", rod_bent_tube},
         {"rod-helix", "benchmarks", "Lubinski 1962, Mitchell 1986: beta^2 = F/2EI, r F^2/4EI",
          "closed form, by hand: least energy and radial balance", rod_helix},
+        {"rod-in-tube", "benchmarks", "Dawson & Paslay 1984: F = 2 sqrt(EI w/r)",
+         "load: eigenvalues of 400 Hermite elements on a foundation w/r, pinned ends: 5.51545, "
+         "3.90171, 2.75720 N; counts: signs of the pivots of 200 to 800 Hermite elements, one end "
+         "clamped as here",
+         rod_in_tube},
         {"rod-helical", "benchmarks",
          "Chen, Lin & Cheatham 1990: 2 sqrt(2) sqrt(EI w/r); Dawson & Paslay 1984, Mitchell 1986, "
          "Wu "

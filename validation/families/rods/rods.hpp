@@ -18,6 +18,7 @@ std::vector<Measured> rod_frequencies_case();
 std::vector<Measured> rod_capstan();
 std::vector<Measured> rod_bent_tube();
 std::vector<Measured> rod_helix();
+std::vector<Measured> rod_in_tube();
 std::vector<Measured> rod_helical();
 std::vector<Measured> rod_plies();
 std::vector<Measured> rod_knot();
