@@ -142,10 +142,14 @@ double HeldBody::imbalance(const Eigen::VectorXd& force)
     const Vec6 off = (step_.dynamic ? 1 / step_.h : 1) * amontons::displacement(device_, now_) -
                      spring_compliance().cwiseProduct(f);
     const Vec6 size = spring_compliance().cwiseProduct(f);
-    const double shift = size.head<3>().norm(), swing = size.tail<3>().norm();
+    // Of a handle on which nothing but round-off acts the ratio would be one of round-offs.
+    constexpr double kRounding = 1e-14;
+    const double per = step_.dynamic ? 1 / step_.h : 1,
+                 place = std::max(now_.position.norm(), size_);
+    const double shift = off.head<3>().norm(), swing = off.tail<3>().norm();
     double own = 0;
-    if (shift > 0) own = off.head<3>().norm() / shift;
-    if (swing > 0) own = std::max(own, off.tail<3>().norm() / swing);
+    if (shift > kRounding * per * place) own = shift / size.head<3>().norm();
+    if (swing > kRounding * per) own = std::max(own, swing / size.tail<3>().norm());
     return std::max(inner, own);
 }
 
