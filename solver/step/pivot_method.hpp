@@ -36,7 +36,9 @@
 
 namespace amontons::pivoting {
 
-constexpr int kTrials = 24; ///< of statuses, of one wire or instruments in one another
+/// Of statuses, of one wire or instruments in one another; beyond them as long as one of the last
+/// few has made fewer wrong, and at the most.
+constexpr int kTrials = 24, kHope = 8, kTrialsAtMost = 200;
 /// Levels of the shift in one iteration.
 constexpr int kShiftLevels = 4;
 constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; ///< relative to the wire's stiffness
@@ -299,7 +301,9 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     std::vector<Change> wrong(n);
     StallCounter patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
-    for (int trial = 0; trial < s.most_trials(); ++trial) {
+    int progress = 0;     // the last trial with fewer wrong statuses than all before it
+    for (int trial = 0;
+         trial < std::max(s.most_trials(), std::min(progress + kHope, kTrialsAtMost)); ++trial) {
         if (options.stop && *options.stop) return false;
         set_right_side(s);
         factor_definite(s, from, shift, report);
@@ -317,6 +321,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         if (count == 0) return true;
 
         from = s.last();
+        if (count < patience.best) progress = trial;
         flip_statuses(s, wrong, count, patience, [&](std::size_t k) {
             change(s.contact(k), trials[k], wrong[k].kind);
             from = std::min(from, s.lowest(k));
