@@ -40,20 +40,39 @@ std::string energy_warning(const EnergyRecord& e, const EnergyScale& scale)
         std::abs(e.error()), e.error() > 0 ? "were lost" : "were generated", fault);
 }
 
+namespace {
+
+/// A part that closes its energy and ends a half of a longer part: the next one is that long.
+void lengthen(StepRefinement& r, double time)
+{
+    constexpr double kWhole = 1e-6; // of a part: its end is that of a longer one
+    if (r.level < 2) return;
+    const double longer = 2 * r.length, parts = (time - (r.until - r.whole)) / longer;
+    if (std::abs(parts - std::round(parts)) > kWhole) return;
+    r.length = longer;
+    --r.level;
+}
+
+} // namespace
+
 StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_refine,
                          const std::function<double()>& left_by_meshes)
 {
     constexpr int kMostLevels = 5;
     constexpr double kLess = 0.4;
-    const double own = step.energy.error() - step.error_before;
-    if (energy_fault(std::abs(own), step.energy, step.scale) > kEnergyRefused &&
-        r.level < kMostLevels && (r.level > 0 || may_refine)) {
+    const double own = step.energy.error() - step.error_before,
+                 fault = energy_fault(std::abs(own), step.energy, step.scale);
+    if (fault > kEnergyRefused && r.level < kMostLevels && (r.level > 0 || may_refine)) {
         if (r.level == 0) r = {0, step.time, 0, step.h, own, step.error_before};
         ++r.level;
         r.length = step.h / 2;
         return {EnergyVerdict::again, "", false};
     }
-    if (r.level == 0 || step.time < r.until * (1 - 1e-12)) return {};
+    if (r.level == 0) return {};
+    if (step.time < r.until * (1 - 1e-12)) {
+        if (!(fault > kEnergyReported)) lengthen(r, step.time);
+        return {};
+    }
     const double whole = step.energy.error() - r.error_before, first = r.first;
     r = {};
     // What would not have been repeated had it been the error of one step is not refused either.

@@ -278,6 +278,18 @@ TEST_CASE("energy that one step misses: quadrature error is accepted, generated 
     CHECK(lost.verdict == EnergyVerdict::stands);
     CHECK(lost.jump);
     CHECK(judged(at_once(-0.09), 0).steps == 1); // below a tenth
+    // A force that sets in at a time: where 1/8 misses less than a tenth that twice, 1/4 and 1/2,
+    // late in the step in the other order; else 1/32 twice, then 1/16 to 1/2.
+    const auto sets_in = [](double at, double share) {
+        return [=](double a, double b) { return a <= at && at < b ? share * (b - a) : 0.0; };
+    };
+    for (const double at : {0.001, 0.999}) {
+        const Judged kink = judged(sets_in(at, 0.5), 0);
+        CHECK(kink.verdict == EnergyVerdict::stands);
+        CHECK(!kink.jump);
+        CHECK(kink.steps == 4);
+    }
+    CHECK(judged(sets_in(0.001, 4), 0).steps == 6);
     // A rope that slackens: its pull rises without bound where it was taut, and halves miss 0.7 of
     // the whole step's error; 0.08 would not be repeated had it been missed in one step.
     const auto slackens = [](double a, double b) { return -0.12 * (std::sqrt(b) - std::sqrt(a)); };
@@ -330,6 +342,5 @@ TEST_CASE("plates whose faces are not named are held by the side that their mesh
         "time": {{"kind": "quasi_static", "step": 0.25, "end": 1}})",
                                      held, held));
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
-    CHECK(r.value("up_on_lo_force_z") ==
-          doctest::Approx(-11.63).epsilon(0.01));
+    CHECK(r.value("up_on_lo_force_z") == doctest::Approx(-11.63).epsilon(0.01));
 }

@@ -600,7 +600,7 @@ TEST_CASE("a rod in a medium begins at rest on a floor that it touches at all of
             "shape": {"start": [0, 0, 0.001]}, "hold": [{"set": "start", "x": [[0, 0], [1, 0]],
                                                          "y": [[0, 0], [1, 0]]}],
             "loads": [{"set": "all", "line": [0, 0, -0.25]}]}},
-        "contact": [{"between": ["rod", "floor"]}], "time": {"step": 0.02, "end": 0.04}})");
+        "contact": [{"between": ["rod", "floor"]}], "time": {"step": 0.02, "end": 0.04})");
     REQUIRE(r.summary.message == "");
     REQUIRE(r.records.size() == 3);
     for (const StepRecord& step : r.records) {

@@ -150,13 +150,13 @@ std::vector<Measured> rod_in_tube()
         int modes[4];
     };
     std::vector<Measured> rows;
-    for (const Counted& of : {Counted{0.005, {0, 2, 4, 6}}, Counted{0.01, {0, 2, 3, 5}},
-                              Counted{0.02, {0, 2, 3, 4}}})
+    for (const Counted& of :
+         {Counted{0.005, {0, 2, 4, 6}}, Counted{0.01, {0, 2, 3, 5}}, Counted{0.02, {0, 2, 3, 4}}})
         for (int k = 0; k < 4; ++k) {
             const double push = kShares[k] * sinusoidal_load(of.clearance);
-            rows.push_back(absolute(fmt::format("unstable modes, r = {} m, {} of the load",
-                                                of.clearance, kShares[k]),
-                                    of.modes[k], straight_modes(of.clearance, push), 0));
+            rows.push_back(absolute(
+                fmt::format("unstable modes, r = {} m, {} of the load", of.clearance, kShares[k]),
+                of.modes[k], straight_modes(of.clearance, push), 0));
         }
     // Runs leave unstable equilibria, and no others.
     for (const double share : {kShares[0], kShares[1]}) {
