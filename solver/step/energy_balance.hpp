@@ -65,11 +65,12 @@ struct StepJudgement {
 };
 
 /// A step whose own error is more than kEnergyRefused of the scale is done again in halves, and so
-/// is a half, five times. If the halves leave less than 0.4 of the error, or no more than
-/// kEnergyRefused of the scale, it was that of the trapezoid rule, of a force that begins within
-/// the step. If not, no continuous path of equilibria
-/// joins the ends of the step: a gain of energy is refused, unless contacts whose gaps meshes leave
-/// open explain it; a loss is released in a jump, like a snap.
+/// is a half, five times; after parts that miss no more than kEnergyReported the next are as long
+/// as their place among the halves permits. If the parts leave less than 0.4 of the error, or no
+/// more than kEnergyRefused of the scale, it was that of the trapezoid rule, of a force that begins
+/// within the step. If not, no continuous path of equilibria joins the ends of the step: a gain of
+/// energy is refused, unless contacts whose gaps meshes leave open explain it; a loss is released
+/// in a jump, like a snap.
 /// @param r               of this step; changed
 /// @param may_refine      a new refinement may begin
 /// @param left_by_meshes  energy gained by contacts where meshes leave gaps; called if needed [J]
