@@ -39,8 +39,10 @@ constexpr double kFarthest = 1 << 22;   // cells from the origin: 2^20 bricks, 2
 constexpr double kLeastGradient = 1e-8; // below it the normal has no meaning
 constexpr double kSplineOff = 1;        // cells by which the spline may miss a kinked distance
 constexpr std::size_t kMostBlocks = 16384, kMostBricks = 49152; // 47 and 30 MB
-constexpr double kTrackCells = 6;           // bounds that are kept, along a cell of the grid
-constexpr std::size_t kTrackPlaces = 8192;  // of those, a power of two: 0.4 MB
+// Bounds that are kept, along a cell of the grid: of places at the wall, and of places so far from
+// it that a point beside them loses no more than this part of the bound.
+constexpr double kTrackCells = 6, kFarTrackCells = 1, kFarTrackLoss = 0.1;
+constexpr std::size_t kTrackPlaces = 8192;  // of each, a power of two: 0.4 MB
 constexpr std::size_t kLeastShare = 4;      // bricks for which a thread is worth starting
 constexpr std::uint64_t kSampleVersion = 2; // changes with the formulas of samples
 constexpr double kUnbounded = -std::numeric_limits<double>::infinity();
@@ -246,15 +248,15 @@ struct DistanceField::Cache {
         Vec3 x = Vec3::Zero();
         double least = -1; // at x [m]; below 0: none
     };
-    std::vector<Bound> bounds;
+    std::vector<Bound> bounds, far_bounds;
 
-    /// @param u  place in units of the grid
-    Bound& bound_at(const Vec3& u)
+    /// @param u  place, in units of the cells of those bounds
+    static Bound& bound_at(std::vector<Bound>& bounds, const Vec3& u)
     {
         if (bounds.empty()) bounds.resize(kTrackPlaces);
         const auto number = [&](int a) {
             return static_cast<std::int32_t>(
-                std::floor(std::clamp(u[a] * kTrackCells, -double(1 << 30), double(1 << 30))));
+                std::floor(std::clamp(u[a], -double(1 << 30), double(1 << 30))));
         };
         const Key cell{number(0), number(1), number(2)};
         Bound& found = bounds[BrickHash{}(cell) & (kTrackPlaces - 1)];
@@ -405,12 +407,19 @@ double DistanceField::clearance(const Vec3& x, WallHint& hint) const
         hint.piece = found->second;
         return kUnbounded;
     }
-    Cache::Bound& last = cache_->bound_at(u);
+    Cache::Bound& last = Cache::bound_at(cache_->bounds, kTrackCells * u);
+    Cache::Bound& far = Cache::bound_at(cache_->far_bounds, kFarTrackCells * u);
+    if (last.least < 0 && (x - far.x).norm() <= kFarTrackLoss * far.least) {
+        const double least = far.least - (x - far.x).norm() - kSplineOff * spacing_;
+        return least > 0 ? least : kUnbounded;
+    }
     if (last.least < 0) {
         std::int32_t near = hint.far;
         last.x = x;
         last.least = std::max(shared_->source->clearance(x, near), 0.0);
         hint.far = near;
+        far.x = x;
+        far.least = last.least;
     }
     const double least = last.least - (x - last.x).norm() - kSplineOff * spacing_;
     return least > 0 ? least : kUnbounded;
@@ -476,12 +485,16 @@ std::vector<std::string> DistanceField::keep() const
 
 WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const
 {
-    using Row = Eigen::Array4d;
+    if (x.allFinite()) return wall_sample(evaluate(x, hint));
     WallSample out;
-    if (!x.allFinite()) {
-        out.distance = std::numeric_limits<double>::quiet_NaN();
-        return out;
-    }
+    out.distance = std::numeric_limits<double>::quiet_NaN();
+    return out;
+}
+
+FieldSample DistanceField::evaluate(const Vec3& x, WallHint& hint) const
+{
+    using Row = Eigen::Array4d;
+    FieldSample out;
     Vec3 t;
     const double* c = cell_(x, hint, t);
     double w[3][4], d[3][4], dd[3][4];
@@ -506,8 +519,8 @@ WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const
     }
     const Row wz = Eigen::Map<const Row>(w[2]), dz = Eigen::Map<const Row>(d[2]),
               ddz = Eigen::Map<const Row>(dd[2]);
-    out.distance = (f * wz).sum();
-    const Vec3 gradient = axes_ * Vec3{(fx * wz).sum(), (fy * wz).sum(), (f * dz).sum()} / spacing_;
+    out.value = (f * wz).sum();
+    out.gradient = axes_ * Vec3{(fx * wz).sum(), (fy * wz).sum(), (f * dz).sum()} / spacing_;
     Mat3 hessian;
     hessian(0, 0) = (fxx * wz).sum();
     hessian(1, 1) = (fyy * wz).sum();
@@ -515,16 +528,24 @@ WallSample DistanceField::sample(const Vec3& x, WallHint& hint) const
     hessian(0, 1) = hessian(1, 0) = (fxy * wz).sum();
     hessian(0, 2) = hessian(2, 0) = (fx * dz).sum();
     hessian(1, 2) = hessian(2, 1) = (fy * dz).sum();
-    const double size = gradient.norm();
+    out.hessian = axes_ * hessian * axes_.transpose();
+    out.unit = spacing_ * spacing_;
+    return out;
+}
+
+WallSample wall_sample(const FieldSample& field)
+{
+    WallSample out;
+    out.distance = field.value;
+    const double size = field.gradient.norm();
     if (size < kLeastGradient) { // on a medial axis by symmetry: nothing touches there
         out.normal = Vec3::UnitX();
         return out;
     }
-    out.normal = gradient / size;
+    out.normal = field.gradient / size;
     out.slope = size;
-    hessian = axes_ * hessian * axes_.transpose();
     const Mat3 across = Mat3::Identity() - out.normal * out.normal.transpose();
-    out.hessian = across * (hessian / (size * spacing_ * spacing_)) * across;
+    out.hessian = across * (field.hessian / (size * field.unit)) * across;
     return out;
 }
 

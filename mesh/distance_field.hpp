@@ -31,6 +31,17 @@ public:
     virtual Hash128 fingerprint() const { return {}; }
 };
 
+/// A field and its derivatives at one point.
+struct FieldSample {
+    double value = 0;             ///< [m]
+    Vec3 gradient = Vec3::Zero(); ///< [-]
+    Mat3 hessian = Mat3::Zero();  ///< times `unit` [m]
+    double unit = 1;              ///< squared, of a length in which the Hessian is counted [m^2]
+};
+
+/// The wall where a field has such a value and derivatives.
+WallSample wall_sample(const FieldSample& field);
+
 /// Directions that turn with points: towards the one farthest from their mean, across it to the
 /// one farthest from that line, and a third; any across the line where all are on it [-].
 /// @return  columns, a right-handed orthonormal frame; of points within 1e-9 of each other in
@@ -44,8 +55,8 @@ Mat3 axes_of(std::span<const Vec3> points);
 /// `distance` is the spline itself (not divided by the size of its gradient), so that its
 /// level sets are exactly orthogonal to `normal`.
 /// Memory: 2.8 kB for each block of 4^3 cells touched, and 0.6 kB for each 4^3 samples in or
-/// around them; at most 80 MB, beyond which what was filled first is dropped, and filled again when it is evaluated
-/// again.
+/// around them; at most 80 MB, beyond which what was filled first is dropped, and filled again when
+/// it is evaluated again.
 class DistanceField {
 public:
     /// @param source   true distance, not null
@@ -65,6 +76,8 @@ public:
 
     /// Signed distance, normal and Hessian at x [m].
     WallSample sample(const Vec3& x, WallHint& hint) const;
+    /// The spline itself at x, which must be finite.
+    FieldSample evaluate(const Vec3& x, WallHint& hint) const;
     /// Signed distance at x [m].
     double distance(const Vec3& x, WallHint& hint) const;
 

@@ -2,6 +2,7 @@
 
 #include "mesh/base/error.hpp"
 #include "mesh/distance_field.hpp"
+#include "mesh/layered_field.hpp"
 #include "mesh/swept_tube.hpp"
 
 #include <Eigen/Geometry>
@@ -75,7 +76,7 @@ Round checked(const Round& round)
 } // namespace
 
 struct Wall::Geometry {
-    std::variant<SweptTube, DistanceField, Round, Plane> shape;
+    std::variant<SweptTube, DistanceField, LayeredField, Round, Plane> shape;
 };
 
 Wall::Wall(std::unique_ptr<Geometry> geometry) : geometry_{std::move(geometry)} {}
@@ -87,7 +88,7 @@ Wall Wall::share() const
 {
     return std::visit(
         [](const auto& shape) {
-            if constexpr (std::is_same_v<std::decay_t<decltype(shape)>, DistanceField>)
+            if constexpr (requires { shape.share(); })
                 return Wall{std::make_unique<Geometry>(Geometry{shape.share()})};
             else
                 return Wall{std::make_unique<Geometry>(Geometry{shape})};
@@ -107,22 +108,36 @@ double Wall::distance(const Vec3& x, WallHint& hint) const
 
 double Wall::clearance(const Vec3& x, WallHint& hint) const
 {
-    if (const auto* field = std::get_if<DistanceField>(&geometry_->shape))
-        return field->clearance(x, hint);
-    if (const auto* tube = std::get_if<SweptTube>(&geometry_->shape))
-        return tube->clearance(x, hint);
-    return -std::numeric_limits<double>::infinity();
+    return std::visit(
+        [&](const auto& shape) {
+            if constexpr (requires { shape.clearance(x, hint); })
+                return shape.clearance(x, hint);
+            else
+                return -std::numeric_limits<double>::infinity();
+        },
+        geometry_->shape);
 }
 
 void Wall::prepare(const std::string& cache, int threads)
 {
-    if (auto* field = std::get_if<DistanceField>(&geometry_->shape)) field->prepare(cache, threads);
+    std::visit(
+        [&](auto& shape) {
+            if constexpr (requires { shape.prepare(cache, threads); })
+                shape.prepare(cache, threads);
+        },
+        geometry_->shape);
 }
 
 std::vector<std::string> Wall::keep() const
 {
-    const auto* field = std::get_if<DistanceField>(&geometry_->shape);
-    return field ? field->keep() : std::vector<std::string>();
+    return std::visit(
+        [&](const auto& shape) {
+            if constexpr (requires { shape.keep(); })
+                return shape.keep();
+            else
+                return std::vector<std::string>();
+        },
+        geometry_->shape);
 }
 
 Wall make_wall(SweptTube tube)
@@ -131,6 +146,11 @@ Wall make_wall(SweptTube tube)
 }
 
 Wall make_wall(DistanceField field)
+{
+    return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{std::move(field)})};
+}
+
+Wall make_wall(LayeredField field)
 {
     return Wall{std::make_unique<Wall::Geometry>(Wall::Geometry{std::move(field)})};
 }

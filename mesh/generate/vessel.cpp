@@ -4,10 +4,12 @@
 #include "mesh/base/text.hpp"
 #include "mesh/generate/trim_openings.hpp"
 #include "mesh/generate/vessel_distance.hpp"
+#include "mesh/layered_field.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <memory>
 #include <set>
 
@@ -20,7 +22,10 @@ constexpr double kMostTaper = 1.0 / 16; // slope that continues there; a steeper
 // Spacing h of the field over the smallest radius r. The wall is off by h^4 / (128 r^3), 3e-5 r, as
 // long as a spline on the wall takes no samples from beyond the tube's axis: 4 h < r.
 constexpr double kFieldSpacing = 0.24;
-constexpr double kGridOfBlend = 0.4;              // and over the blend radius
+constexpr double kGridOfBlend = 0.4; // and over the blend radius
+constexpr double kOwnGrid =
+    0.8; // of that of the aorta: a narrower branch has a finer grid around it
+constexpr double kBetweenGrids = 3;               // spacings on which the coarser becomes the finer
 constexpr double kEdge = 0.3, kEdgeOfBlend = 0.6; // the same for triangles
 constexpr double kSeedEdge = 0.5;       // of the points where tubes join that searches begin with
 constexpr double kShallowest = 0.35;    // angle between a branch and its parent [rad]
@@ -308,6 +313,72 @@ double deviation_of(const SurfaceMesh& mesh, const VesselShape& shape)
     return deviation;
 }
 
+double grid_for(const VesselOptions& o, double radius)
+{
+    return std::min(kFieldSpacing * radius, kGridOfBlend * o.blend);
+}
+
+DistanceField field_for(const VesselOptions& o, VesselShape shape, const Vec3& low, double radius)
+{
+    const double spacing = grid_for(o, radius),
+                 seeds = std::min(kSeedEdge * radius, kEdgeOfBlend * o.blend);
+    // The grid keeps off the planes and axes of symmetry, where rounding would decide.
+    Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
+    axes.col(2) = o.axis.normalized();
+    axes.col(0) = (o.arch_towards - o.arch_towards.dot(axes.col(2)) * axes.col(2)).normalized();
+    axes.col(1) = axes.col(2).cross(axes.col(0));
+    const Vec3 origin = o.inlet + spacing * (axes * Vec3{0.217, 0.331, 0.273});
+    return {std::make_unique<VesselDistance>(std::move(shape), low, seeds), origin, spacing, axes};
+}
+
+/// All of a branch that bends more than the aorta's grid can follow, and where it joins.
+/// @param main  the aorta
+FieldWindow window_of(const VesselOptions& o, const VesselBranch& b, const SweptTube& main,
+                      const TakeOff& root, const VesselShape& shape, double extension)
+{
+    const double r0 = b.root_diameter / 2, r1 = b.end_diameter / 2,
+                 widest = std::max({r0, r1, r1 + end_slope((r1 - r0) / b.length) * extension}),
+                 joined = widest + shape.blend_width();
+    FieldWindow w{root.start, root.direction};
+    // As long as the aorta's wall is farther than that, none of its edge with the branch is near.
+    const double far = kSteepestWall * (joined + shape.blend_width());
+    WallHint hint;
+    while (w.from < root.hidden && main.distance(root.start + w.from * root.direction, hint) > far)
+        w.from += r0 / 16;
+    w.radius = joined;
+    w.rise = w.fall = kBetweenGrids * kGridOfBlend * o.blend;
+    return w;
+}
+
+/// The wall for contact. Around a branch that is narrower than the aorta the grid is finer.
+/// @param low  a corner of the vessel's box [m]
+Wall sampled_wall(const VesselOptions& o, const SweptTube& main, const std::vector<TakeOff>& roots,
+                  const std::vector<double>& extension, const Vec3& low)
+{
+    double widest = o.ascending_diameter / 2; // of what the grid of all can follow
+    for (double d : {o.descending_diameter[0], o.descending_diameter[1], o.arch_diameter[0],
+                     o.arch_diameter[1]})
+        widest = std::min(widest, d / 2);
+    const double own = kOwnGrid * grid_for(o, widest);
+    std::vector<std::pair<double, std::size_t>> narrow; // radius and number of branches
+    for (std::size_t i = 0; i < roots.size(); ++i) {
+        const double r = std::min(o.branches[i].root_diameter, o.branches[i].end_diameter) / 2;
+        if (grid_for(o, r) < own)
+            narrow.emplace_back(r, i);
+        else
+            widest = std::min(widest, r);
+    }
+    std::ranges::sort(narrow, std::greater{});
+    const VesselShape shape = vessel_shape(o, roots, extension);
+    DistanceField all = field_for(o, shape, low, widest);
+    if (narrow.empty()) return make_wall(std::move(all));
+    std::vector<LayeredField::Layer> finer;
+    for (const auto& [r, i] : narrow)
+        finer.push_back({field_for(o, shape, low, r),
+                         window_of(o, o.branches[i], main, roots[i], shape, extension[i + 1])});
+    return make_wall(LayeredField{std::move(all), std::move(finer)});
+}
+
 } // namespace
 
 std::vector<VesselBranch> default_branches()
@@ -359,19 +430,10 @@ WallModel make_vessel(const VesselOptions& o)
     }
     const auto stubs = std::make_shared<const Stubs>(vessel_shape(o, roots, stub), openings, reach);
     const auto [mesh, count] = triangles_of(stubs, edge);
-    const double spacing = std::min(kFieldSpacing * smallest, kGridOfBlend * o.blend);
-    const double seeds = std::min(kSeedEdge * smallest, kEdgeOfBlend * o.blend);
-    auto source =
-        std::make_unique<VesselDistance>(vessel_shape(o, roots, extension), stubs->low, seeds);
-    // The grid keeps off the planes and axes of symmetry, where rounding would decide.
-    Mat3 axes; // those of the scene where the vessel stands upright and bends towards x
-    axes.col(2) = o.axis.normalized();
-    axes.col(0) = (o.arch_towards - o.arch_towards.dot(axes.col(2)) * axes.col(2)).normalized();
-    axes.col(1) = axes.col(2).cross(axes.col(0));
-    const Vec3 origin = o.inlet + spacing * (axes * Vec3{0.217, 0.331, 0.273});
+    Wall wall = sampled_wall(o, main, roots, extension, stubs->low);
     WallModel model{
         mesh,
-        make_wall(DistanceField{std::move(source), origin, spacing, axes}),
+        std::move(wall),
         std::move(openings),
         {},
         Late<double>{[mesh = mesh, stubs] { return deviation_of(*mesh, stubs->shape); }},

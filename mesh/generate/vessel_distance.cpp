@@ -15,6 +15,7 @@ constexpr double kFootConverged = 1e-3; // of the lengths at hand: a step of New
 constexpr double kSampledBand = 12; // grid spacings; a spline's reach twice, no contact is farther
 constexpr double kSteepest = 1.05;  // no tube's distance changes faster than this (slopes)
 constexpr double kInfinite = std::numeric_limits<double>::infinity();
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 } // namespace
 
@@ -28,8 +29,14 @@ struct VesselDistance::Near {
     VesselParts feet;                   // of what is as near as the wall, once they are requested
     std::vector<EdgeSeeds::Near> seeds; // that reach into a ball around the centre
     double reach = -1;                  // its radius [m]
+    std::vector<double> at_x; // distances of the tubes at one of the points, not a number: unknown
 
     const TubePart& part(std::size_t i) const { return parts.part[i]; }
+    double of_tube(const VesselShape& shape, std::size_t i, const Vec3& x)
+    {
+        if (std::isnan(at_x[i])) at_x[i] = shape.fast()[i].distance(x, part(i));
+        return at_x[i];
+    }
 };
 
 namespace {
@@ -134,6 +141,29 @@ void VesselDistance::find_feet_(Near& near, double f) const
                                                          shape_.blend_width());
 }
 
+// Whether the nearest point on the wall of tube i is on that of the vessel: no other tube reaches
+// it. Mostly known from the distances at x.
+// @param f  distance of x
+bool VesselDistance::foot_on_wall_(const Vec3& x, std::size_t i, double f, Near& near) const
+{
+    const std::vector<VesselTube>& tubes = shape_.fast();
+    const double k = shape_.blend_width(), way = kSteepest * std::abs(f);
+    bool sure = true;
+    for (std::size_t j = 0; j < tubes.size(); ++j) {
+        if (j == i || shape_.upper_bound(j, x) + way <= -k) continue;
+        const double other = near.of_tube(shape_, j, x);
+        if (other - way > -k) return false;
+        sure = sure && other + way <= -k;
+    }
+    if (sure) return true;
+    const Vec3 foot = x - f * tubes[i].normal(x, near.part(i));
+    for (std::size_t j = 0; j < tubes.size(); ++j)
+        if (j != i && shape_.upper_bound(j, foot) > -k &&
+            tubes[j].distance(foot, near.feet.of(j, foot)) > -k)
+            return false;
+    return true;
+}
+
 double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) const
 {
     find_feet_(near, value);
@@ -145,21 +175,16 @@ double VesselDistance::near_junction_(const Vec3& x, double value, Near& near) c
     double least = kInfinite;
     for (std::size_t i = 0; i < tubes.size(); ++i) {
         if (shape_.upper_bound(i, x) <= -least) continue;
-        const double f = tubes[i].distance(x, near.part(i));
-        if (!(std::abs(f) < least)) continue;
-        const Vec3 foot = x - f * tubes[i].normal(x, near.part(i));
-        bool on_wall = true;
-        for (std::size_t j = 0; on_wall && j < tubes.size(); ++j)
-            on_wall = j == i || shape_.upper_bound(j, foot) <= -k ||
-                      tubes[j].distance(foot, near.feet.of(j, foot)) <= -k;
-        if (on_wall) least = std::abs(f);
+        const double f = near.of_tube(shape_, i, x);
+        if (std::abs(f) < least && foot_on_wall_(x, i, f, near)) least = std::abs(f);
     }
 
     // ---- The nearest point where tubes join
     double reach = std::abs(value) + k + near.size;
     for (int doubled = 0; doubled <= kMostDoublings; ++doubled, reach *= 2) {
-        if (near.reach < reach + near.size) {
-            near.reach = reach + near.size;
+        const double useful = std::min(reach, least) + near.size; // what is farther is not nearest
+        if (near.reach < useful) {
+            near.reach = useful;
             near.seeds = seeds_.around(near.centre, near.reach);
         }
         double squared = least * least;
@@ -178,6 +203,7 @@ double VesselDistance::distance(const Vec3& x) const
 {
     Near near{x};
     near.parts.part.resize(shape_.fast().size());
+    near.at_x.resize(shape_.fast().size());
     for (std::size_t i = 0; i < shape_.fast().size(); ++i)
         near.tubes.push_back(i);
     return distance_(x, kInfinite, near);
@@ -204,27 +230,32 @@ double VesselDistance::clearance(const Vec3& x, std::int32_t& near) const
 
 double VesselDistance::distance_(const Vec3& x, double band, Near& near) const
 {
-    const std::vector<VesselTube>& tubes = shape_.fast();
     const double k = shape_.blend_width();
+    std::ranges::fill(near.at_x, kUnknown);
     TwoLargest of_tubes;
     for (const std::size_t i : near.tubes)
         if (!(shape_.upper_bound(i, x) < of_tubes.second))
-            of_tubes.take(i, tubes[i].distance(x, near.part(i)));
+            of_tubes.take(i, near.of_tube(shape_, i, x));
     const auto [best, f, second] = of_tubes;
     if (std::abs(f) > band) return f;
     if (second > f - k) {
         find_feet_(near, f);
-        return near_junction_(x, shape_.value(x, near.feet), near);
+        return near_junction_(x, value_(x, near), near);
     }
     // The foot on this tube is on the wall when no other tube reaches it. Then the ball around
     // x through it holds no other point of the wall.
     if (second + kSteepest * std::abs(f) <= -k) return f;
     find_feet_(near, f);
-    const Vec3 foot = x - f * tubes[best].normal(x, near.part(best));
-    for (const std::size_t i : near.tubes) {
-        if (i == best || shape_.upper_bound(i, foot) <= -k) continue;
-        if (tubes[i].distance(foot, near.feet.of(i, foot)) > -k) return near_junction_(x, f, near);
-    }
+    return foot_on_wall_(x, best, f, near) ? f : near_junction_(x, f, near);
+}
+
+// That of the shape, from the distances of its tubes at x.
+double VesselDistance::value_(const Vec3& x, Near& near) const
+{
+    double f = near.of_tube(shape_, 0, x);
+    for (std::size_t i = 1; i < shape_.fast().size(); ++i)
+        if (shape_.upper_bound(i, x) > f - shape_.blend_width())
+            f = shape_.joined(f, near.of_tube(shape_, i, x));
     return f;
 }
 
@@ -245,6 +276,7 @@ void VesselDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, d
     const bool alone = second <= others;
     Near near{centre, half.norm()};
     near.parts.part.resize(tubes.size());
+    near.at_x.resize(tubes.size());
     for (std::size_t i = 0; i < tubes.size(); ++i)
         if (i == best || (!alone && shape_.upper_bound(i, centre) > others)) {
             near.tubes.push_back(i);

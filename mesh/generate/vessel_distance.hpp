@@ -35,6 +35,8 @@ private:
     struct Near;
     double distance_(const Vec3& x, double band, Near& near) const;
     double near_junction_(const Vec3& x, double value, Near& near) const;
+    bool foot_on_wall_(const Vec3& x, std::size_t i, double f, Near& near) const;
+    double value_(const Vec3& x, Near& near) const;
     double slide_(const Vec3& x, Vec3 p) const;
     double from_edge_(const Vec3& x, const Vec3& seed, double squared, Near& near) const;
     void find_feet_(Near& near, double f) const;

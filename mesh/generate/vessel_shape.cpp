@@ -63,10 +63,7 @@ double VesselShape::value(const Vec3& x, const VesselParts& near) const
     double f = fast_[0].distance(x, near.of(0, x));
     for (std::size_t i = 1; i < tubes_.size(); ++i) {
         if (upper_bound(i, x) <= f - width_) continue;
-        const double b = fast_[i].distance(x, near.of(i, x));
-        const double left = width_ - std::abs(f - b);
-        f = std::max(f, b);
-        if (left > 0) f += left * left / (4 * width_);
+        f = joined(f, fast_[i].distance(x, near.of(i, x)));
     }
     return f;
 }
@@ -103,8 +100,7 @@ VesselShape::Junction VesselShape::junction(const Vec3& x, const VesselParts& ne
         second = std::max(second, std::min(first, f));
         first = std::max(first, f);
     }
-    const double left = width_ - (first - second);
-    return {left > 0 ? first + left * left / (4 * width_) : first, first - second};
+    return {joined(first, second), first - second};
 }
 
 Vec3 VesselShape::project(const Vec3& x, const VesselParts& near) const

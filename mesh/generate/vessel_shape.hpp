@@ -4,6 +4,7 @@
 #include "mesh/swept_tube.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <vector>
 
 namespace amontons {
@@ -49,6 +50,13 @@ public:
     };
     /// The same at x.
     Junction junction(const Vec3& x, const VesselParts& near = {}) const;
+
+    /// What two tubes give together [m].
+    double joined(double a, double b) const
+    {
+        const double left = width_ - std::abs(a - b), most = std::max(a, b);
+        return left > 0 ? most + left * left / (4 * width_) : most;
+    }
 
     /// The point of the wall (value 0) that is found from x along the gradient [m].
     Vec3 project(const Vec3& x, const VesselParts& near = {}) const;

@@ -31,13 +31,16 @@ VesselTube::VesselTube(const Centreline& line)
             p.bend = 1 / curvature;
             p.a2 = -c.second * p.bend;
             p.a0 -= p.bend * p.a2;
+            p.sine = std::sin(p.range / p.bend);
+            p.cosine = std::cos(p.range / p.bend);
         }
         pieces_.push_back(p);
     }
 }
 
-/// The parameter of the point of a piece that is nearest to x, and its squared distance; of an arc
-/// that is farther than `beyond`, squared, any distance that is farther too.
+/// The squared distance of a piece's point that is nearest to x, and its parameter: not a number
+/// inside an arc, see along_arc_(). Of an arc that is farther than `beyond`, squared, any distance
+/// that is farther too.
 double VesselTube::nearest_(const Piece& p, const Vec3& x, double beyond, double& u)
 {
     const Vec3 e = x - p.a0;
@@ -50,17 +53,27 @@ double VesselTube::nearest_(const Piece& p, const Vec3& x, double beyond, double
     const double in_plane = std::sqrt(along * along + out * out) - p.bend;
     const double to_circle = in_plane * in_plane + std::max(off, 0.0);
     if (!(to_circle < beyond)) return to_circle;
-    double theta = std::atan2(along, out);
-    const double angle = p.range / p.bend;
-    if (theta < 0) theta += 2 * std::numbers::pi;
-    if (theta <= angle) {
-        u = theta * p.bend;
+    // Beyond the arc's end, seen from its start; and before its start.
+    const double past = p.cosine * along - p.sine * out;
+    const bool outside =
+        p.range <= std::numbers::pi * p.bend ? along < 0 || past > 0 : along < 0 && past > 0;
+    if (!outside) {
+        u = std::numeric_limits<double>::quiet_NaN();
         return to_circle;
     }
     // The nearer of the two ends, the first on a tie.
-    theta = theta - angle < 2 * std::numbers::pi - theta ? angle : 0.0;
-    u = theta * p.bend;
-    return (e - p.bend * (std::sin(theta) * p.a1 + std::cos(theta) * p.a2)).squaredNorm();
+    const bool last = p.cosine * out + p.sine * along > out;
+    u = last ? p.range : 0.0;
+    const Vec3 end = last ? Vec3{p.sine * p.a1 + p.cosine * p.a2} : p.a2;
+    return (e - p.bend * end).squaredNorm();
+}
+
+/// The parameter of the point of an arc's circle that is nearest to x.
+double VesselTube::along_arc_(const Piece& p, const Vec3& x)
+{
+    const Vec3 e = x - p.a0;
+    const double theta = std::atan2(e.dot(p.a1), e.dot(p.a2));
+    return p.bend * (theta < 0 ? theta + 2 * std::numbers::pi : theta);
 }
 
 VesselTube::Foot VesselTube::foot_(const Vec3& x, const TubePart& part) const
@@ -74,6 +87,7 @@ VesselTube::Foot VesselTube::foot_(const Vec3& x, const TubePart& part) const
         const double squared = nearest_(p, x, best.squared, u);
         if (squared < best.squared) best = {&p, u, squared, false};
     }
+    if (std::isnan(best.u)) best.u = along_arc_(*best.piece, x);
     best.closed = (best.piece == &pieces_.front() && best.u <= 0) ||
                   (best.piece == &pieces_.back() && best.u >= best.piece->range);
     return best;
@@ -82,11 +96,8 @@ VesselTube::Foot VesselTube::foot_(const Vec3& x, const TubePart& part) const
 /// The foot where it is inside a piece.
 VesselTube::Foot VesselTube::foot_inside_(const Piece& p, const Vec3& x)
 {
-    const Vec3 e = x - p.a0;
-    const double along = e.dot(p.a1);
-    if (p.bend == 0 || p.slope == 0) return {&p, p.bend == 0 ? along : 0, 0, false};
-    const double theta = std::atan2(along, e.dot(p.a2));
-    return {&p, p.bend * (theta < 0 ? theta + 2 * std::numbers::pi : theta), 0, false};
+    if (p.bend == 0) return {&p, (x - p.a0).dot(p.a1), 0, false};
+    return {&p, p.slope == 0 ? 0 : along_arc_(p, x), 0, false};
 }
 
 TubePart VesselTube::part_around(const Vec3& centre, double radius) const

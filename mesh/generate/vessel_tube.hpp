@@ -55,7 +55,8 @@ private:
     /// c(u) = a0 + u a1, or on an arc around a0 (u / bend from a2 towards a1).
     struct Piece {
         Vec3 a0, a1, a2 = Vec3::Zero();
-        double bend = 0; ///< radius of the arc [m]; 0: straight
+        double bend = 0;             ///< radius of the arc [m]; 0: straight
+        double sine = 0, cosine = 1; ///< of the arc's angle
         double range = 0, radius = 0, slope = 0;
         double steepness = 1; ///< of a straight piece: sqrt(1 + slope^2)
     };
@@ -69,6 +70,7 @@ private:
         double d = 0, gap = 0; ///< size of e, distance along it
     };
     static double nearest_(const Piece& p, const Vec3& x, double beyond, double& u);
+    static double along_arc_(const Piece& p, const Vec3& x);
     Foot foot_(const Vec3& x, const TubePart& part) const;
     double any_(const Vec3& x, const TubePart& part) const;
     static Across across_(const Foot& f, const Vec3& x, bool inside);

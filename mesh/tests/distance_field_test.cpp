@@ -294,6 +294,37 @@ TEST_CASE("threads and samples that an earlier run has left change no bit of a r
     CHECK(wall.keep()[0].find("ignored: damaged") != std::string::npos);
 }
 
+TEST_CASE("a bound of the distance far from a wall serves the places around it")
+{
+    class Bounded : public FunctionSource {
+    public:
+        explicit Bounded(int& bounds)
+            : FunctionSource{[](const Vec3& x) { return 3 - x.norm(); }}
+            , bounds_{bounds}
+        {
+        }
+        double clearance(const Vec3& x, std::int32_t&) const override
+        {
+            ++bounds_;
+            return 3 - x.norm();
+        }
+
+    private:
+        int& bounds_;
+    };
+    int bounds = 0, places = 0;
+    const DistanceField wall{std::make_unique<Bounded>(bounds), Vec3{0.013, 0.027, -0.011}, 0.1};
+    WallHint hint;
+    for (int k = -1000; k <= 1000; ++k, ++places) {
+        const Vec3 x{0.001 * k, 0.3 + 0.02 * std::sin(0.1 * k), 0.2};
+        const double true_one = 3 - x.norm(), least = wall.clearance(x, hint);
+        CHECK(least <= true_one);
+        CHECK(least > 0.75 * true_one);
+    }
+    CHECK(bounds < 0.02 * places); // one in a cell of the grid
+    CHECK(bounds >= 20);
+}
+
 TEST_CASE(
     "with more threads than one, samples are taken ahead of a point that moves and no bit changes")
 {

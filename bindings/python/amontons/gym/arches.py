@@ -15,6 +15,8 @@ are not modelled: the trunk ends open where they would begin.
 """
 
 import dataclasses
+import itertools
+import math
 
 import numpy as np
 
@@ -73,56 +75,54 @@ def draw_arch(kind, rng, *, width=1.0, height=1.0, diameter=1.0, blend=0.002):
     if kind == "V":
         kind = "Va" if rng.random() < 0.5 else "Vb"
     for _ in range(MOST_DRAWS):
-        surface = _draw(ORDER[kind], rng, width, height, diameter, blend)
+        surface = _draw(ORDER[kind], rng.standard_normal, width, height, diameter, blend)
         if surface is not None:
             return surface
     refuse("width, height, diameter", f"{width:g}, {height:g}, {diameter:g}", "factors that leave room for the branches")
-
-
-class _Means:
-    """A generator without chance: an arch at the means."""
-
-    def normal(self, mean, deviation):
-        return mean
 
 
 def mean_arch(kind="I", **scales):
     """The arch of a type (Va, Vb are apart) with all numbers at their means: as draw_arch."""
     if kind not in ORDER:
         refuse("kind", repr(kind), "one of " + ", ".join(ORDER))
-    surface = _draw(ORDER[kind], _Means(), *(scales.get(k, 1.0) for k in ("width", "height", "diameter")), scales.get("blend", 0.002))
+    surface = _draw(ORDER[kind], np.zeros, *(scales.get(k, 1.0) for k in ("width", "height", "diameter")), scales.get("blend", 0.002))
     if surface is None:
         refuse("width, height, diameter", f"{scales}", "factors that leave room for the branches")
     return surface
 
 
-def _draw(order, rng, width, height, diameter, blend):
-    def normal(mean_and_deviation):
-        return rng.normal(*mean_and_deviation)
+def _draw(order, chances, width, height, diameter, blend):
+    """An arch in millimetres' words of the tables, or None where the numbers make none.
 
-    low, top, end = (np.array([normal(p) for p in zip(*point)]) * (width, width, height) for point in AORTA_POINTS)
+    chances(n): n standard normal numbers. Most draws of some tasks fail, so nothing here is an array.
+    """
+    def number(mean_and_deviation):
+        return mean_and_deviation[0] + mean_and_deviation[1] * next(chance)
+
+    chance = iter(chances(9).tolist())
+    low, top, end = ([m + d * next(chance) for m, d in zip(*point)] for point in AORTA_POINTS)
+    low, top, end = ((x * width, y * width, z * height) for x, y, z in (low, top, end))
     # The circle through the three in their plane; of it the upper half, what is below straightened.
-    half, rise = np.linalg.norm((end - low)[:2]) / 2, top[2] - (low[2] + end[2]) / 2
+    half, rise = math.hypot(end[0] - low[0], end[1] - low[1]) / 2, top[2] - (low[2] + end[2]) / 2
     radius = (half**2 + rise**2) / (2 * rise) if rise > 0 else 0.0
     if not rise > radius > 0:
         return None
-    below = radius * np.arcsin((rise - radius) / radius)
-    descending, ascending = np.linalg.norm(low) + below, below
-    widths = np.cumsum([normal(d) for d in AORTA_DIAMETERS]) * diameter
+    chance = iter(chances(4 + sum(_numbers_of(name) for name, _ in order)).tolist())
+    widths = [w * diameter for w in itertools.accumulate(number(d) for d in AORTA_DIAMETERS)]
     descending, ascending = top[2] - radius, top[2] - radius - end[2]
     branches, at = [], 0.0
     for name, gap in order:
-        at += normal(gap) * width
+        at += number(gap) * width
         root, loss, up, tilt = BRANCHES[name]
-        d0 = min(normal(root) * diameter, WIDEST_ROOT * widths[1])
-        d1 = d0 - normal(loss) * diameter
+        d0 = min(number(root) * diameter, WIDEST_ROOT * widths[1])
+        d1 = d0 - number(loss) * diameter
         # Upwards, as its direction's mean is, would be at / radius; in one plane they must also part.
-        angle = np.clip(0.5 * (at / radius + np.pi / 2) + rng.normal(0, tilt), *ANGLES)
-        reached = descending + radius * np.sin(min(at / radius, np.pi))
+        angle = min(max(0.5 * (at / radius + math.pi / 2) + number((0, tilt)), ANGLES[0]), ANGLES[1])
+        reached = descending + radius * math.sin(min(at / radius, math.pi))
         if name in LENGTHS:
-            length = normal(LENGTHS[name]) * height
+            length = number(LENGTHS[name]) * height
         else:
-            length = (TOP * height - reached if up is None else normal(up) * height) - 0.5 * widths[2]
+            length = (TOP * height - reached if up is None else number(up) * height) - 0.5 * widths[2]
         branches.append({"name": name, "at": at, "diameter": [d0, d1], "length": length, "angle": angle})
     surface = {"generate": "vessel", "descending_length": descending, "descending_diameter": widths[:2],
                "arch_radius": radius, "arch_diameter": [widths[1], 0.5 * (widths[2] + widths[3])],
@@ -131,6 +131,11 @@ def _draw(order, rng, width, height, diameter, blend):
         return None
     surface = _in_metres(surface)
     return surface if _clear(surface) else None
+
+
+def _numbers_of(name):
+    """How many numbers of a branch are drawn."""
+    return 4 + (name in LENGTHS or BRANCHES[name][2] is not None)
 
 
 def _possible(s):
