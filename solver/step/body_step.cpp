@@ -176,7 +176,7 @@ void BodyStepper::find()
         if (step_.follows) start_following();
     }
     find_joints();
-    row_values(contacts(), step_, contacts_on_, value_);
+    row_values(contacts(), step_, contacts_on_, options_.undone, value_);
     moved_.assign(list_.contact.size(), 0);
     for (std::size_t c = 0; c < moved_.size() && !finds_anew(); ++c)
         moved_[c] = list_.contact[c].frame.col(0).dot(moved(list_.contact[c]));
