@@ -57,8 +57,10 @@ int count_outside(const WireBody& b)
     return count;
 }
 
-std::string describe_worst(const std::vector<WireBody>& wires, const Residual& residual)
+std::string describe_worst(const std::vector<WireBody>& wires, const Residual& residual,
+                           double tolerance)
 {
+    if (residual.scale > 0 && residual.error() <= tolerance) return "";
     char text[160];
     std::snprintf(text, sizeof text, "; error %.2e, equilibrium %.2e N, contact %.2e N",
                   residual.scale > 0 ? residual.error() : 0.0, residual.equilibrium,

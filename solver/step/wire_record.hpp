@@ -27,7 +27,9 @@ double wire_depth(const Wire& wire);
 Vec3 wire_tip(const Wire& wire);
 /// Number of contact points whose centre is beyond a wall: 0 in a correct result.
 int count_outside(const WireBody& b);
-/// "; worst: ..." for a message, or "".
-std::string describe_worst(const std::vector<WireBody>& wires, const Residual& residual);
+/// "; error ..., worst: ..." for a message; "" where the error is within the tolerance and nothing
+/// of it holds the step back.
+std::string describe_worst(const std::vector<WireBody>& wires, const Residual& residual,
+                           double tolerance);
 
 } // namespace amontons

@@ -278,7 +278,11 @@ StepReport relax_step(WireGroup& g, const std::vector<BaseTarget>& to, GradientF
                  until_attempt, pushed_off};
         return r;
     }
-    refuse(g, old, r, "the damped relaxation did not come to rest");
+    refuse(
+        g, old, r,
+        "the damped relaxation did not come to rest: the wire moves on without finding a balance, "
+        "as friction can make it; less friction, another drive or \"time\": {\"kind\": "
+        "\"dynamic\"} may find one");
     return r;
 }
 

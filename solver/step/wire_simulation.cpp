@@ -486,9 +486,10 @@ StepResult WireSimulation::step(const std::atomic<bool>& stop, double not_beyond
         }
         ++s.retries;
         if (report.lasting || h <= s.smallest()) {
-            std::string why = "step " + std::to_string(s.step + 1) +
-                              " (t = " + std::to_string(s.time) + " s): " + refusal +
-                              describe_worst(s.wires, report.newton.residual);
+            std::string why =
+                "step " + std::to_string(s.step + 1) + " (t = " + std::to_string(s.time) +
+                " s): " + refusal +
+                describe_worst(s.wires, report.newton.residual, s.scene.accuracy.contact);
             s.undo(before);
             return failed_step(std::move(why));
         }
