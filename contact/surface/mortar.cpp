@@ -336,7 +336,7 @@ private:
                 const Shared share = shared_with(own[std::size_t(i)], segment.polygon);
                 if (share == Shared::nothing) continue;
                 if (share == Shared::all) {
-                    fixed_->add(*segment.master, segment.polygon, i, facing * (1 - dual));
+                    fixed_->add(*segment.master, segment.polygon, i, weight * (1 - dual));
                     break;
                 }
                 intersect(segment.polygon, own[std::size_t(i)], shared);
