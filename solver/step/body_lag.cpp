@@ -12,7 +12,7 @@
 //
 //   1 a contact that carried a force when it was lost for the second time in a step, or whose
 //   normal
-//     jumps to and fro, is kept until the step's end: the balance with the contacts of both
+//     jumps back and forth, is kept until the step's end: the balance with the contacts of both
 //     geometries (Filippov's, of laws that jump);
 //   2 in a step that was shortened without success: the balance with contacts as the last iteration
 //   found

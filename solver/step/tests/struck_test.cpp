@@ -29,7 +29,7 @@ Result fall(const Struck& s, const std::string& floor)
 }
 
 /// At the end of every step: what a floor below z = 0 and the balls leave of overlaps is what the
-/// certificate calls little, nobody has changed sides, and no energy is gained.
+/// certificate calls little, no ball has changed sides, and no energy is gained.
 void check_apart(const Result& r, const Struck& s)
 {
     REQUIRE_MESSAGE(r.summary.status == "done", r.summary.message);
