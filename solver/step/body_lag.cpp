@@ -12,7 +12,7 @@
 //
 //   1 a contact that carried a force when it was lost for the second time in a step, or whose
 //   normal
-//     jumps to and fro, is kept until the step's end: the balance with the contacts of both
+//     jumps back and forth, is kept until the step's end: the balance with the contacts of both
 //     geometries (Filippov's, of laws that jump). In steps from bodies without contact, which begin
 //     far from their end, one that is lost for the fifth time: what is kept stays as an iterate on
 //     the way was;
