@@ -21,7 +21,7 @@ struct FieldWindow {
 
     /// With its derivatives.
     FieldSample at(const Vec3& x) const;
-    /// Without them.
+    /// Without derivatives; between 0 and 1 (ratio).
     double value(const Vec3& x) const;
 };
 
@@ -29,6 +29,7 @@ struct FieldWindow {
 /// each with its part. Where all are the same distance to within their errors, so is this.
 class LayeredField {
 public:
+    /// A finer grid and where it is used.
     struct Layer {
         DistanceField field;
         FieldWindow window;

@@ -27,9 +27,7 @@ public:
     Block6 first_with_last, last_with_first; ///< of a closed rod
 
     /// Sets all blocks to zero.
-    /// @param first  of a rod that is not closed: those that couple nodes before it with one another
-    ///               stay as they are
-    void set_zero(int first = 0);
+    void set_zero();
     /// Multiplies all blocks by a factor.
     void scale(double by);
     /// Factors the matrix.
@@ -39,8 +37,7 @@ public:
     /// Solves in place with the last factors.
     void solve(std::vector<Node6>& x) const;
     /// out = A x
-    /// @param first  nodes before it are left out: zero in `out`
-    void multiply(const std::vector<Node6>& x, std::vector<Node6>& out, int first = 0) const;
+    void multiply(const std::vector<Node6>& x, std::vector<Node6>& out) const;
 
 private:
     bool closed_;

@@ -12,9 +12,6 @@
 
 namespace amontons {
 
-/// Rows on the two nodes of an element, as columns.
-using Mat12x3 = Eigen::Matrix<double, 12, 3>;
-
 /// A contact force on a rod at the last iterate, known before linearise().
 struct ContactLoad {
     /// Where the force acts.
@@ -72,12 +69,6 @@ public:
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
     /// Nodes of the run's first state.
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
-    /// Whether it is free of stress in its first shape, whole, and so stays there by itself.
-    bool rests_in_first_shape() const;
-    /// Whether this instrument lies in the bore of the other one: both come out of one introducer.
-    bool lies_in(const RodBody& other) const;
-    /// Radii of its bore, of each element [m].
-    std::vector<double> bore() const;
     std::array<double, 6>
     strain(int element) const; ///< of the iterate: see element_strain [-, 1/m]
     /// Forces and moments of an element's section, in the order of its strains [N], [N m].
@@ -113,8 +104,6 @@ public:
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
     double contact_reach() const; ///< search distance of its contacts [m]
-    /// What the next iteration can reach [m]: of a rod that its feed alone moves; else infinity.
-    double reach_of_iteration() const;
     /// The stations of its contacts (contact/curve/curve_contact.hpp).
     const std::vector<CurvePlace>& stations() const { return stations_; }
     /// The same with all elements of full length, as away from the end of a sheath.
@@ -132,7 +121,7 @@ public:
     void note_negative(int count) { negative_ = count; }
     /// True if its lateral stiffness is by tension, not bending, and the tangent at the iterate has
     /// negative eigenvalues, while it had none at the start of the step.
-    bool slip_is_unbalanced();
+    bool slip_is_unbalanced() const;
     /// Names of the rigid motions that no hold prevents.
     std::vector<std::string> free_motions() const;
     /// For rods that only contacts keep from moving: each Newton step at rest is made with a spring
@@ -168,8 +157,6 @@ public:
     Line line(const BodyPlace& at) const;
     /// Derivative of (direction . motion of the place) by the displacements of its two nodes.
     Vec12 row(const BodyPlace& at, const Vec3& direction) const;
-    /// The same along three directions, columns of `frame`; of a contact's place.
-    Mat12x3 rows(const BodyPlace& at, const Mat3& frame) const;
     /// Geometric stiffness -(dJ/dy)^T f of a force f on the centreline that is fixed in space.
     Mat12 force_stiffness(const BodyPlace& at, const Vec3& force) const;
     /// EI / l^3 of an element [N/m].
@@ -215,9 +202,6 @@ public:
     void begin(const StepInput& step) override;
     bool reset_to_start() override;
     void linearise() override;
-    /// The system of linearise() alone, which is neither factored nor solved: free_change(),
-    /// solve() and negative() are not those of the iterate then.
-    void set_up_system();
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
     Vec3 displacement(const BodyPlace& at) const override;
@@ -237,7 +221,6 @@ public:
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double speed() const override;
-    void swap_velocities(std::vector<double>& velocities) override;
     BodyMotion motion() const override
     {
         return {kinetic_energy(), momentum(), angular_momentum()};
@@ -306,18 +289,14 @@ private:
     /// Tension holds it at the iterate, and not bending.
     bool is_taut() const;
     void hold_matrix(RodMatrix& A, int first) const;
-    void factor_at_iterate();
     void move_nodes(Motion& m, const Eigen::VectorXd& y);
     void unroll(Motion& m, const Eigen::VectorXd& y);
     void note_motion(const std::vector<BeamNode>& before, const Eigen::VectorXd& y);
     double safe_share(const Motion& m, const Eigen::VectorXd& y) const;
     Eigen::VectorXd projected(const Eigen::VectorXd& f) const;
-    double floor() const;                                               ///< round-off of forces [N]
-    double force_size(const Motion& m, const std::vector<Node6>& load); ///< [N]
+    double floor() const; ///< round-off of forces [N]
+    double force_size(const Motion& m, const std::vector<Node6>& load) const; ///< [N]
     Mat3 section(const Motion& m, int element, double xi) const;
-    template <int Count>
-    Eigen::Matrix<double, 12, Count>
-    rows_along(const BodyPlace& at, const Eigen::Matrix<double, 3, Count>& directions) const;
     Curve curve_of(const Motion& m) const;
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
@@ -448,8 +427,8 @@ private:
     double drag_ = 0;               ///< [N/m^2]
     double anchor_ = 0;             ///< per length [N/m^2]; 0: holds hold it
     std::vector<Vec6> drag_before_; ///< its forces at the end of the step before
-    int negative_ = 0;              ///< -1: not counted at the iterate
-    double held_size_ = -1; ///< of forces in the sheath, at rest, in this step [N]; < 0: not known
+    int negative_ = 0;
+    double energy_ = 0;
 
     struct Memory { // of the generalised-alpha rule
         bool begun = false;

@@ -1,4 +1,3 @@
-#include "contact/rigid/shape_distance.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/facets.hpp"
 #include "contact/surface/overlap.hpp"

@@ -398,8 +398,7 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     while (true) {
         const bool shorter = h > least * (1 + 1e-9);
         if (advance(h)) {
-            const bool apart = part_struck_bodies();
-            if (!(shorter && (!apart || generates_energy())) && leave_unstable(shorter)) break;
+            if (!(shorter && generates_energy()) && leave_unstable(shorter)) break;
             put_back(before);
         }
         if (*stop) return refused("");

@@ -76,8 +76,6 @@ private:
     bool matrices_kept() const;
     bool all_in_matrix() const;
     void find();
-    /// At rest, rods alone: contacts never stay where an iteration before has found them.
-    bool finds_anew() const { return !step_.dynamic && system_.rods_alone(); }
     void follow_contacts();
     // body_follow.cpp
     static StepInput followed(const BodySystem& system, StepInput step);
@@ -88,7 +86,6 @@ private:
     bool close(const Eigen::VectorXd& u);
     void refine();
     void follow_to_end();
-    double farthest_gap(int pair) const;
     double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
     void find_joints();
     void store_joints();
@@ -196,7 +193,7 @@ private:
     bool part_ = false, refuse_path_ = false; ///< see begin_from(), refuse_path()
     void find_at_start();
     void note_friction_before();
-    double friction_of_start() const;
+    double friction_of_departed() const;
 
     BodyContacts list_, list_before_, at_start_;
     /// A contact that appeared and disappeared, as it was found.
@@ -208,7 +205,6 @@ private:
     };
     std::map<BodySystem::Key, HeldContact> stays_;
     std::map<BodySystem::Key, int> lost_;     ///< how often contacts with a force were
-    std::map<BodySystem::Key, Vec3> turned_;  ///< the last jump of a contact's normal
     bool frozen_ = false, measuring_ = false; ///< contacts stay as found; are found all the same
     int freezes_ = 0;
     double lag_ = 0;

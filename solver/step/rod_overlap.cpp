@@ -1,4 +1,3 @@
-#include "contact/curve/bore_contact.hpp"
 #include "contact/surface/overlap.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/wall.hpp"
@@ -100,16 +99,9 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
     if (p.b < 0 && !p.plane) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
         WallHint hint;
-        Vec3 at = Vec3::Zero();
-        double clear = -std::numeric_limits<double>::infinity(); // at least, there
-        for (const Sample& s : own) {
-            if (!s.free || clear - kSteepestWall * (s.x - at).norm() >= s.radius) continue;
-            at = s.x;
-            clear = wall.clearance(at, hint);
-            if (clear >= s.radius) continue;
-            clear = wall.distance(at, hint);
-            keep_deepest(at, s.radius - clear);
-        }
+        for (const Sample& s : own)
+            if (s.free && wall.clearance(s.x, hint) < s.radius)
+                keep_deepest(s.x, s.radius - wall.distance(s.x, hint));
     } else if (p.b < 0) {
         in_shape(distance_from_obstacle(p));
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
@@ -133,14 +125,7 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
             if (foot && (all || std::abs(foot->distance) <= 2 * s.radius))
                 keep_deepest(s.x, s.radius - foot->distance);
         }
-    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod; second->lies_in(rod)) {
-        radius = std::min(radius, second->least_radius());
-        const Curve outer = rod.curve(), inner = second->curve();
-        const std::vector<double> bore = rod.bore();
-        const BoreOverlap in_wall =
-            bore_overlap({outer, inner, bore, rod.first_outside(), second->first_outside()});
-        keep_deepest(in_wall.point, in_wall.depth);
-    } else {
+    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
         const bool itself = p.a == p.b;
         const std::vector<Sample> others = itself ? own : samples_of(*second);
         radius = std::min(radius, second->least_radius());
