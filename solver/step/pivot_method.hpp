@@ -38,7 +38,7 @@ namespace amontons::pivoting {
 
 /// Of statuses, of one wire or instruments in one another; beyond them as long as one of the last
 /// few has made fewer wrong, and at the most.
-constexpr int kTrials = 24, kHope = 8, kTrialsAtMost = 200;
+constexpr int kTrials = 24, kTrialsAfterProgress = 8, kTrialsAtMost = 200;
 /// Levels of the shift in one iteration.
 constexpr int kShiftLevels = 4;
 constexpr double kLeastShift = 1e-6, kLargestShift = 1e6; ///< relative to the wire's stiffness
@@ -302,8 +302,9 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
     StallCounter patience;
     int from = s.first(); // the factor of nodes before it is that of the last trial
     int progress = 0;     // the last trial with fewer wrong statuses than all before it
-    for (int trial = 0;
-         trial < std::max(s.most_trials(), std::min(progress + kHope, kTrialsAtMost)); ++trial) {
+    for (int trial = 0; trial < std::max(s.most_trials(),
+                                         std::min(progress + kTrialsAfterProgress, kTrialsAtMost));
+         ++trial) {
         if (options.stop && *options.stop) return false;
         set_right_side(s);
         factor_definite(s, from, shift, report);
