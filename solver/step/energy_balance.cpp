@@ -70,7 +70,12 @@ StepJudgement judge_step(StepRefinement& r, const StepEnergy& step, bool may_ref
     }
     if (r.level == 0) return {};
     if (step.time < r.until * (1 - 1e-12)) {
-        if (!(fault > kEnergyReported)) lengthen(r, step.time);
+        // Parts that have missed much of the whole step's error are beside a jump: after longer
+        // ones balances might jump once more.
+        const double missed = std::abs(step.energy.error() - r.error_before);
+        const bool jumped = missed > 0.5 * kLess * std::abs(r.first) &&
+                            energy_fault(missed, step.energy, step.scale) > kEnergyRefused;
+        if (!(fault > kEnergyReported) && !jumped) lengthen(r, step.time);
         return {};
     }
     const double whole = step.energy.error() - r.error_before, first = r.first;

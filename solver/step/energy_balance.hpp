@@ -66,7 +66,8 @@ struct StepJudgement {
 
 /// A step whose own error is more than kEnergyRefused of the scale is done again in halves, and so
 /// is a half, five times; after parts that miss no more than kEnergyReported the next are as long
-/// as their place among the halves permits. If the parts leave less than 0.4 of the error, or no
+/// as their place among the halves permits, unless much of the error has stayed: beside a jump all
+/// parts to the end of the step are short. If the parts leave less than 0.4 of the error, or no
 /// more than kEnergyRefused of the scale, it was that of the trapezoid rule, of a force that begins
 /// within the step. If not, no continuous path of equilibria joins the ends of the step: a gain of
 /// energy is refused, unless contacts whose gaps meshes leave open explain it; a loss is released

@@ -290,6 +290,8 @@ TEST_CASE("energy that one step misses: quadrature error is accepted, generated 
         CHECK(kink.steps == 4);
     }
     CHECK(judged(sets_in(0.001, 4), 0).steps == 6);
+    // A loss at the start that no part avoids: the parts after it are as short.
+    CHECK(judged([](double a, double) { return a == 0 ? 0.5 : 0.0; }, 0).steps == 32);
     // A rope that slackens: its pull rises without bound where it was taut, and halves miss 0.7 of
     // the whole step's error; 0.08 would not be repeated had it been missed in one step.
     const auto slackens = [](double a, double b) { return -0.12 * (std::sqrt(b) - std::sqrt(a)); };
