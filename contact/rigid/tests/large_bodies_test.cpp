@@ -36,7 +36,7 @@ TriangleShape round_body(const Vec3& radii, int n, int m)
 }
 
 /// Every feature of one body with every feature of the other, of bodies that are apart.
-Contacts all_with_all(const TriangleShape& a, const Pose& pa, const TriangleShape& b,
+Contacts contacts_of_all_triangles(const TriangleShape& a, const Pose& pa, const TriangleShape& b,
                       const Pose& pb, double reach)
 {
     const Mat3 turn_b = pb.turn.toRotationMatrix(),
@@ -134,7 +134,7 @@ TEST_CASE("large bodies that are apart have the contacts of all their features w
         const Vec3 beside = n.unitOrthogonal();
         pa.place = pb.place + (high - low + apart) * n + 0.1 * uniform(rng) * beside;
         CAPTURE(k);
-        const Contacts all = all_with_all(a, pa, b, pb, reach);
+        const Contacts all = contacts_of_all_triangles(a, pa, b, pb, reach);
         CHECK(ids(contacts(a, pa, b, pb, reach)) == ids(all));
         compared += all.size();
     }
