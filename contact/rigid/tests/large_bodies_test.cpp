@@ -37,7 +37,7 @@ TriangleShape round_body(const Vec3& radii, int n, int m)
 
 /// Every feature of one body with every feature of the other, of bodies that are apart.
 Contacts contacts_of_all_triangles(const TriangleShape& a, const Pose& pa, const TriangleShape& b,
-                      const Pose& pb, double reach)
+                                   const Pose& pb, double reach)
 {
     const Mat3 turn_b = pb.turn.toRotationMatrix(),
                turn = turn_b.transpose() * pa.turn.toRotationMatrix();
