@@ -4,9 +4,20 @@
 #include "mesh/closest_point.hpp"
 #include "mesh/surface_mesh.hpp"
 
+#include <algorithm>
+#include <limits>
+#include <utility>
 #include <vector>
 
 namespace amontons {
+
+/// Least direction . x of the points of a box, or a little less: no rounding of it is below [m].
+inline double lowest_along(const BoundingBox& box, const Vec3& direction)
+{
+    constexpr double kRounding = 1e-14;
+    const Eigen::Array3d low = direction.array() * box.low, high = direction.array() * box.high;
+    return low.min(high).sum() - kRounding * low.abs().max(high.abs()).sum();
+}
 
 /// The nearest place on a surface.
 struct NearestTriangle {
@@ -50,13 +61,21 @@ public:
     /// Calls visit(std::int32_t) for each triangle whose box touches this one, in no certain order.
     template <class Visit> void visit(const BoundingBox& box, Visit visit) const
     {
+        visit_where([&](const BoundingBox& own) { return own.touches(box); }, visit);
+    }
+
+    /// Calls visit(std::int32_t) for each triangle whose box passes a test, as do all boxes around
+    /// it in the tree, in no certain order.
+    /// @param test  of a BoundingBox
+    template <class Test, class Visit> void visit_where(Test test, Visit visit) const
+    {
         // Depth is at most 31 + 2, each level leaves one node waiting.
         std::int32_t stack[72];
         int count = 0;
         stack[count++] = 0;
         while (count > 0) {
             const Node& node = nodes_[static_cast<std::size_t>(stack[--count])];
-            if (!BoundingBox{node.low, node.high}.touches(box)) continue;
+            if (!test(BoundingBox{node.low, node.high})) continue;
             if (node.count == 0) {
                 stack[count++] = node.first + 1;
                 stack[count++] = node.first;
@@ -64,11 +83,45 @@ public:
             }
             for (std::int32_t i = node.first; i < node.first + node.count; ++i) {
                 const auto& [a, b, c] = corners_[static_cast<std::size_t>(i)];
-                const BoundingBox own{a.array().min(b.array()).min(c.array()),
-                                      a.array().max(b.array()).max(c.array())};
-                if (own.touches(box)) visit(order_[static_cast<std::size_t>(i)]);
+                if (test(BoundingBox{a.array().min(b.array()).min(c.array()),
+                                     a.array().max(b.array()).max(c.array())}))
+                    visit(order_[static_cast<std::size_t>(i)]);
             }
         }
+    }
+
+    /// Searches the least value(std::int32_t) of all triangles, the lower halves of the tree first:
+    /// what lies in boxes whose bound is above the least value so far is left out.
+    /// @param bound  of a BoundingBox: no value in it is below
+    template <class Bound, class Value> double least(Bound bound, Value value) const
+    {
+        double best = std::numeric_limits<double>::infinity();
+        struct Waiting {
+            std::int32_t node;
+            double bound;
+        };
+        const auto waiting = [&](std::int32_t k) {
+            const Node& node = nodes_[static_cast<std::size_t>(k)];
+            return Waiting{k, bound(BoundingBox{node.low, node.high})};
+        };
+        Waiting stack[72];
+        int count = 0;
+        stack[count++] = waiting(0);
+        while (count > 0) {
+            const Waiting next = stack[--count];
+            if (next.bound > best) continue;
+            const Node& node = nodes_[static_cast<std::size_t>(next.node)];
+            if (node.count > 0) {
+                for (std::int32_t i = node.first; i < node.first + node.count; ++i)
+                    best = std::min(best, double(value(order_[static_cast<std::size_t>(i)])));
+                continue;
+            }
+            Waiting low = waiting(node.first), high = waiting(node.first + 1);
+            if (high.bound < low.bound) std::swap(low, high);
+            stack[count++] = high;
+            stack[count++] = low;
+        }
+        return best;
     }
 
 private:

@@ -129,7 +129,7 @@ void add_contact(CylinderPair& p, const Vec3& x, const Vec3& y, const Vec3& n, d
 }
 
 // The lowest place of a cylinder along n: one of its points, the middle of a line or of an end.
-Vec3 lowest_place(const TurnedCylinder& a, const Vec3& n)
+Vec3 lowest_of_cylinder(const TurnedCylinder& a, const Vec3& n)
 {
     const double c = n.dot(a.axis);
     const Vec3 down = c * a.axis - n;
@@ -339,7 +339,7 @@ void touch_cylinder_polyhedron(const PairFrame& frame, const Cylinder& own,
     if (!convex || out.size() > begin || best.distance > slack) return;
     // Deep inside each other: the lowest place of the cylinder alone.
     const Vec3& n = best.normal;
-    const Vec3 x = lowest_place(p.a, n);
+    const Vec3 x = lowest_of_cylinder(p.a, n);
     out.push_back({x, x - best.distance * n, n, best.distance,
                    contact_id(Feature::whole, 0, Feature::whole, 0)});
 }
@@ -560,7 +560,7 @@ void touch(const PairFrame& frame, const Cylinder& own_a, const Cylinder& own_b,
     rims_on_rims(a, b, forward);
     if (out.size() > begin || best.distance > slack) return;
     const Vec3& n = best.normal;
-    const Vec3 middle = (lowest_place(a, n) + lowest_place(b, -n)) / 2;
+    const Vec3 middle = (lowest_of_cylinder(a, n) + lowest_of_cylinder(b, -n)) / 2;
     out.push_back(
         {middle + best.distance / 2 * n, middle - best.distance / 2 * n, n, best.distance, 0});
 }

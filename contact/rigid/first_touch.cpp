@@ -1,6 +1,7 @@
 #include "contact/rigid/first_touch.hpp"
 
 #include "contact/rigid/broad_phase.hpp"
+#include "contact/rigid/extent.hpp"
 #include "mesh/closest_point.hpp"
 
 #include <algorithm>
@@ -26,7 +27,8 @@ struct ConvexPiece {
     double radius = 0;
     double cylinder_radius = 0, half_length = 0;
     const Ellipsoid* ellipsoid = nullptr;
-    double farthest = 0; // from the frame's origin
+    const TriangleShape* body = nullptr; // the convex body whose corners all `points` are
+    double farthest = 0;                 // from the frame's origin
 
     Vec3 support(const Vec3& direction) const
     {
@@ -37,6 +39,7 @@ struct ConvexPiece {
             return {s * direction[0], s * direction[1],
                     direction[2] < 0 ? -half_length : half_length};
         }
+        if (body) return points[static_cast<std::size_t>(lowest_vertex(*body, -direction))];
         std::size_t best = 0;
         double most = -std::numeric_limits<double>::infinity();
         for (std::size_t i = 0; i < points.size(); ++i)
@@ -211,7 +214,9 @@ struct Pieces {
             piece.half_length = cylinder->half_length;
         } else if (const auto* body = std::get_if<TriangleShape>(&shape)) {
             piece.points = body->polyhedron.vertices;
+            piece.body = body;
             if (!body->polyhedron.convex) {
+                piece.body = nullptr;
                 for (const auto& triangle : body->polyhedron.triangles) {
                     piece.points = triangle;
                     piece.farthest = 0;

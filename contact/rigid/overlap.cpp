@@ -1,6 +1,8 @@
 #include "contact/rigid/overlap.hpp"
 
+#include "contact/rigid/extent.hpp"
 #include "contact/rigid/shape_surface.hpp"
+#include "mesh/base/index.hpp"
 
 #include <algorithm>
 #include <array>
@@ -16,6 +18,7 @@ using Distance = std::function<WallSample(const Vec3&)>;
 /// No limit here depends on bulges.
 constexpr Shallow kDepthsAlone{std::numeric_limits<double>::infinity()};
 constexpr std::size_t kFewTriangles = 64;
+constexpr double kRoundedPlace = 1e-9; // of a body's size
 constexpr int kRimPlaces = 48, kAxisPlaces = 17, kGoldenSteps = 30;
 
 /// Least of f on [low, high] around the best of some places, by the golden section.
@@ -171,32 +174,37 @@ ShapeOverlap of_faces(const PlacedSurface& surface, const Distance& distance,
 
 /// Triangles that may be inside of what a distance is from, ascending, and some others: in cubes
 /// that are halved where by the distance it may reach into them.
-/// @param near  a box in space around what it is
+/// @param near  around what it is, in space
 std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pose& pose,
-                                           const Distance& distance, const BoundingBox& near)
+                                           const Distance& distance, const Surroundings& near)
 {
     struct Cube {
         Vec3 centre;
         double half;
     };
     std::vector<std::int32_t> inside, touched;
-    // Few near that box are taken as they are: cubes would need as many distances.
+    // Few near it are taken as they are: cubes would need as many distances.
     BoundingBox own;
     for (int k = 0; k < 8; ++k)
-        own.add(pose.turn.conjugate() *
-                (Vec3(k & 1 ? near.low[0] : near.high[0], k & 2 ? near.low[1] : near.high[1],
-                      k & 4 ? near.low[2] : near.high[2]) -
-                 pose.place));
-    if (own.low.isFinite().all() && own.high.isFinite().all()) {
-        shape.tree.visit(own, [&](std::int32_t t) {
-            if (inside.size() <= kFewTriangles) inside.push_back(t);
-        });
-        if (inside.size() <= kFewTriangles) {
-            std::sort(inside.begin(), inside.end());
-            return inside;
-        }
-        inside.clear();
+        own.add(pose.turn.conjugate() * (Vec3(k & 1 ? near.box.low[0] : near.box.high[0],
+                                              k & 2 ? near.box.low[1] : near.box.high[1],
+                                              k & 4 ? near.box.low[2] : near.box.high[2]) -
+                                         pose.place));
+    const bool bounded = own.low.isFinite().all() && own.high.isFinite().all();
+    const double rounding = kRoundedPlace * shape.polyhedron.size;
+    const Vec3 way = pose.turn.conjugate() * near.way;
+    const double most = near.most - near.way.dot(pose.place) + rounding;
+    shape.tree.visit_where(
+        [&](const BoundingBox& box) {
+            return inside.size() <= kFewTriangles && (!bounded || box.touches(own)) &&
+                   lowest_along(box, way) <= most;
+        },
+        [&](std::int32_t t) { inside.push_back(t); });
+    if (inside.size() <= kFewTriangles) {
+        std::sort(inside.begin(), inside.end());
+        return inside;
     }
+    inside.clear();
     const std::vector<Vec3>& points = shape.mesh.points;
     Vec3 low = points.front(), high = low;
     for (const Vec3& p : points) {
@@ -212,8 +220,8 @@ std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pos
         cubes.pop_back();
         const double radius = std::numbers::sqrt3 * c.half;
         const Eigen::Array3d place = (pose.place + pose.turn * c.centre).array();
-        if ((place < near.low - radius).any() || (place > near.high + radius).any() ||
-            distance(c.centre).distance > radius)
+        if ((place < near.box.low - radius).any() || (place > near.box.high + radius).any() ||
+            way.dot(c.centre) - radius > most || distance(c.centre).distance > radius)
             continue;
         if (c.half <= least) {
             shape.tree.within(c.centre, radius, touched);
@@ -271,15 +279,16 @@ ShapeOverlap of_box(const Box& box, const Pose& pose, const Distance& distance,
 
 } // namespace
 
-ShapeOverlap deepest_below(const RigidShape& shape, const Pose& pose, const Vec3& place,
-                           const Vec3& normal)
+std::optional<Vec3> lowest_place(const RigidShape& shape, const Pose& pose, const Vec3& direction)
 {
-    ShapeOverlap o;
-    const auto keep = [&](const Vec3& x) { keep_deepest(o, x, normal.dot(x - place)); };
-    const Vec3 down = pose.turn.conjugate() * -normal; // in the shape's frame
+    std::optional<Vec3> lowest;
+    const auto keep = [&](const Vec3& x) {
+        if (!lowest || direction.dot(x) < direction.dot(*lowest)) lowest = x;
+    };
+    const Vec3 down = pose.turn.conjugate() * -direction; // in the shape's frame
     const auto in_space = [&](const Vec3& x) -> Vec3 { return pose.place + pose.turn * x; };
     if (const auto* ball = std::get_if<Ball>(&shape)) {
-        keep(pose.place - ball->radius * normal);
+        keep(pose.place - ball->radius * direction);
     } else if (const auto* box = std::get_if<Box>(&shape)) {
         for (const Vec3& x : corners_of(*box, pose))
             keep(x);
@@ -290,15 +299,26 @@ ShapeOverlap deepest_below(const RigidShape& shape, const Pose& pose, const Vec3
             keep(in_space({r * down.x(), r * down.y(), end}));
     } else if (const auto* capsule = std::get_if<Capsule>(&shape)) {
         for (const double end : {-capsule->half_length, capsule->half_length})
-            keep(in_space(Vec3(0, 0, end)) - capsule->radius * normal);
+            keep(in_space(Vec3(0, 0, end)) - capsule->radius * direction);
     } else if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape)) {
         keep(in_space(ellipsoid->support(down)));
+    } else if (const auto* triangles = std::get_if<TriangleShape>(&shape)) {
+        keep(in_space(triangles->polyhedron.vertices[at(lowest_vertex(*triangles, -down))]));
     }
+    return lowest;
+}
+
+ShapeOverlap deepest_below(const RigidShape& shape, const Pose& pose, const Vec3& place,
+                           const Vec3& normal)
+{
+    ShapeOverlap o;
+    if (const auto lowest = lowest_place(shape, pose, normal))
+        keep_deepest(o, *lowest, normal.dot(*lowest - place));
     return o;
 }
 
 ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const FacetedSurface* facets,
-                        const Distance& distance, const BoundingBox& near, Inside inside)
+                        const Distance& distance, const Surroundings& near, Inside inside)
 {
     if (const auto* ball = std::get_if<Ball>(&shape)) return of_ball(*ball, pose, distance);
     if (const auto* cylinder = std::get_if<Cylinder>(&shape))
@@ -308,7 +328,7 @@ ShapeOverlap deepest_in(const RigidShape& shape, const Pose& pose, const Faceted
     if (const auto* ellipsoid = std::get_if<Ellipsoid>(&shape))
         return of_ellipsoid(*ellipsoid, pose, distance);
     if (const auto* box = std::get_if<Box>(&shape))
-        return of_box(*box, pose, distance, near, inside);
+        return of_box(*box, pose, distance, near.box, inside);
     const auto* triangles = std::get_if<TriangleShape>(&shape);
     if (!triangles || !facets) return {};
     // In the body's own frame, where its triangles are known.

@@ -270,7 +270,7 @@ PolyhedronTopology Polyhedron::topology() const
 
 PolyhedronView Polyhedron::view(const PolyhedronTopology& topology) const
 {
-    return {&topology, vertices, normals, offsets, edges, triangles};
+    return {&topology, vertices, normals, offsets, edges, triangles, nullptr, nullptr};
 }
 
 Polyhedron make_polyhedron(const SurfaceMesh& mesh)
@@ -375,7 +375,7 @@ PolyhedronView BoxPolyhedron::view() const
     static const PolyhedronTopology topology{
         kBox.edges,      kBox.vertex_begin, kBox.vertex_edges,  kBox.face_begin,
         kBox.face_edges, kBox.face_convex,  kBox.triangle_begin};
-    return {&topology, vertices, normals, offsets, edges, {}};
+    return {&topology, vertices, normals, offsets, edges, {}, nullptr, nullptr};
 }
 
 } // namespace amontons

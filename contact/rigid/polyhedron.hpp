@@ -42,8 +42,40 @@ struct PolyhedronView {
     std::span<const Vec3> normals;   ///< of faces, unit, outwards
     std::span<const double> offsets; ///< normal . x of the points of a face [m]
     std::span<const PolyhedronEdge> edges;
-    /// Corners of triangles, face by face [m]; empty if all outlines are convex.
+    /// Corners of triangles, face by face, in the body's own frame [m]; empty if all outlines are
+    /// convex.
     std::span<const std::array<Vec3, 3>> triangles;
+    /// If set, the lists above are in the body's own frame, and the functions below put what they
+    /// return into another, x -> turn x + shift: of a large body few features are needed.
+    const Mat3* turn = nullptr;
+    const Vec3* shift = nullptr; ///< set if `turn` is [m]
+
+    /// Place of a vertex [m].
+    Vec3 vertex(std::int32_t i) const
+    {
+        const Vec3& x = vertices[static_cast<std::size_t>(i)];
+        return turn ? Vec3{*turn * x + *shift} : x;
+    }
+    /// Of a face, unit, outwards.
+    Vec3 normal(std::int32_t i) const { return turned_(normals[static_cast<std::size_t>(i)]); }
+    /// Normal . x of the points of a face [m].
+    double offset(std::int32_t i) const
+    {
+        const double own = offsets[static_cast<std::size_t>(i)];
+        return turn ? own + normal(i).dot(*shift) : own;
+    }
+    /// Of an edge, unit.
+    Vec3 along(std::int32_t i) const { return turned_(edges[static_cast<std::size_t>(i)].along); }
+    /// Unit, normal to an edge, in one of its two faces.
+    Vec3 into(std::int32_t i, std::size_t face) const
+    {
+        return turned_(edges[static_cast<std::size_t>(i)].into[face]);
+    }
+    /// Of an edge [m].
+    double length(std::int32_t i) const { return edges[static_cast<std::size_t>(i)].length; }
+
+private:
+    Vec3 turned_(const Vec3& x) const { return turn ? Vec3{*turn * x} : x; }
 };
 
 /// The polyhedron of a closed triangle surface.

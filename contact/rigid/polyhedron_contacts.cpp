@@ -1,3 +1,4 @@
+#include "contact/rigid/extent.hpp"
 #include "contact/rigid/polyhedron_pair.hpp"
 
 #include "mesh/base/index.hpp"
@@ -39,13 +40,17 @@ Separation polyhedron_separation(const PolyhedronPair& pair)
             (on_b ? best.face_b : best.face_a) = number(f);
         }
     };
+    const auto with_faces = [](const PolyhedronView& x, std::size_t e) {
+        const auto& face = x.topology->edges[e].face;
+        return EdgeWithFaces{x.edges[e], x.normals[at(face[0])], x.normals[at(face[1])]};
+    };
     faces(a, b, true);
     if (best.distance > pair.reach) return best;
     faces(b, a, false);
     if (best.distance > pair.reach) return best;
     for (std::size_t i = 0; i < a.edges.size(); ++i)
         for (std::size_t j = 0; j < b.edges.size(); ++j) {
-            const std::optional<Vec3> n = crossing_normal(pair, number(i), number(j));
+            const std::optional<Vec3> n = crossing_normal(with_faces(a, i), with_faces(b, j));
             if (!n) continue;
             const Vec3& x = a.vertices[at(a.topology->edges[i].vertex[0])];
             const Vec3& y = b.vertices[at(b.topology->edges[j].vertex[0])];
@@ -170,15 +175,12 @@ void touch_convex(PolyhedronPair& pair)
 
 // ---- others
 
-// The features of a side near a place, each once a query.
+// The features of a side near a place, each once.
 class NearFeatures {
 public:
     explicit NearFeatures(const PolyhedronSide& side) : side_(side)
     {
         const PolyhedronView& view = side.view;
-        face_seen_.resize(view.normals.size(), 0);
-        edge_seen_.resize(view.edges.size(), 0);
-        vertex_seen_.resize(view.vertices.size(), 0);
         if (side.mesh != nullptr) return;
         for (std::size_t i = 0; i < view.normals.size(); ++i)
             faces.push_back(number(i));
@@ -192,48 +194,35 @@ public:
     void find(const Vec3& x, double radius)
     {
         if (side_.mesh == nullptr) return;
-        ++query_;
         faces.clear();
         edges.clear();
         vertices.clear();
         const Polyhedron& p = side_.mesh->polyhedron;
         side_.mesh->tree.within(side_.own(x), radius, triangles_);
         for (const std::int32_t t : triangles_) {
-            see(p.face_of[at(t)], face_seen_, faces);
+            faces.push_back(p.face_of[at(t)]);
             for (const std::int32_t e : p.edge_of[at(t)])
-                see(e, edge_seen_, edges);
+                if (e >= 0) edges.push_back(e);
             for (const std::int32_t v : side_.mesh->mesh.triangles[at(t)])
-                see(p.corner_of[at(v)], vertex_seen_, vertices);
+                if (p.corner_of[at(v)] >= 0) vertices.push_back(p.corner_of[at(v)]);
         }
-        std::sort(faces.begin(), faces.end());
-        std::sort(edges.begin(), edges.end());
-        std::sort(vertices.begin(), vertices.end());
+        sort_once(faces);
+        sort_once(edges);
+        sort_once(vertices);
     }
 
     std::vector<std::int32_t> faces, edges, vertices;
 
-private:
-    void see(std::int32_t i, std::vector<std::int32_t>& seen, std::vector<std::int32_t>& list) const
+    static void sort_once(std::vector<std::int32_t>& list)
     {
-        if (i < 0 || seen[at(i)] == query_) return;
-        seen[at(i)] = query_;
-        list.push_back(i);
+        std::sort(list.begin(), list.end());
+        list.erase(std::unique(list.begin(), list.end()), list.end());
     }
 
+private:
     const PolyhedronSide& side_;
-    std::vector<std::int32_t> face_seen_, edge_seen_, vertex_seen_, triangles_;
-    std::int32_t query_ = 0;
+    std::vector<std::int32_t> triangles_;
 };
-
-AxisBox view_box(const PolyhedronView& view)
-{
-    AxisBox box{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
-    for (const Vec3& v : view.vertices) {
-        box.low = box.low.cwiseMin(v);
-        box.high = box.high.cwiseMax(v);
-    }
-    return box;
-}
 
 bool touch_in_hollow(const PolyhedronView& body, std::int32_t f, std::int32_t g)
 {
@@ -251,7 +240,7 @@ void vertex_on_faces(const PolyhedronPair& pair, bool on_a, std::int32_t v, Near
 {
     const PolyhedronSide& x = on_a ? pair.a : pair.b;
     const PolyhedronSide& y = on_a ? pair.b : pair.a;
-    const Vec3& place = x.view.vertices[at(v)];
+    const Vec3 place = x.view.vertex(v);
     const double distance = signed_distance(y, place);
     if (distance > pair.reach) return;
     const double slack = kTouching * pair.size;
@@ -274,64 +263,183 @@ void vertex_on_faces(const PolyhedronPair& pair, bool on_a, std::int32_t v, Near
             add_vertex_face(pair, on_a, v, below[i].second, -below[i].first);
 }
 
-// Of bodies with more pairs of edges than this, edges overlap by no more than reach.
-constexpr std::size_t kMany = 1'000'000;
+// Where the features of both lie that may touch: a box in the frame of b, and a layer across the
+// way from one body to the other, on which boxes of round bodies give little information.
+class Region {
+public:
+    // @param room  how far two features that touch are apart, at most [m]
+    Region(const PolyhedronPair& pair, double room)
+        : a_(pair.a)
+        , b_(pair.b)
+        , room_(room)
+        , rounding_(kSamePlace * pair.size)
+    {
+        BoundingBox box_a, box_b;
+        for (int k = 0; k < 3; ++k) {
+            const Vec3 axis = Vec3::Unit(k);
+            box_a.low[k] = lowest(a_, axis);
+            box_a.high[k] = -lowest(a_, -axis);
+            box_b.low[k] = lowest(b_, axis);
+            box_b.high[k] = -lowest(b_, -axis);
+        }
+        box_.low = box_a.low.max(box_b.low) - room;
+        box_.high = box_a.high.min(box_b.high) + room;
+        const Vec3 way = ((box_a.low + box_a.high) - (box_b.low + box_b.high)).matrix();
+        if (way.norm() > 0) way_ = way.normalized();
+        low_a_ = lowest(a_, way_);
+        high_b_ = -lowest(b_, -way_);
+    }
 
-void touch_any(PolyhedronPair& pair)
+    bool empty() const { return (box_.low > box_.high).any() || apart() > room_ + rounding_; }
+    // Of the two bodies on the way: no place of one is deeper in the other than less this [m].
+    double apart() const { return low_a_ - high_b_; }
+
+    bool has(const Vec3& x) const
+    {
+        return (x.array() >= box_.low).all() && (x.array() <= box_.high).all();
+    }
+
+    // Calls act(v) for the vertices of one side that lie there, ascending.
+    template <class Act> void vertices(bool of_a, Act act)
+    {
+        const PolyhedronSide& side = of_a ? a_ : b_;
+        found_.clear();
+        if (side.mesh == nullptr) {
+            for (std::size_t v = 0; v < side.view.vertices.size(); ++v)
+                found_.push_back(number(v));
+        } else {
+            vertices_where(*side.mesh, test_for_(of_a), found_);
+        }
+        for (const std::int32_t v : found_)
+            if (has(side.view.vertex(v))) act(v);
+    }
+
+    // The same of the edges of a, which may be outside at both ends.
+    template <class Act> void edges_of_a(Act act)
+    {
+        found_.clear();
+        if (a_.mesh == nullptr) {
+            for (std::size_t e = 0; e < a_.view.edges.size(); ++e)
+                found_.push_back(number(e));
+        } else {
+            a_.mesh->tree.visit_where(test_for_(true), [&](std::int32_t t) {
+                for (const std::int32_t e : a_.mesh->polyhedron.edge_of[at(t)])
+                    if (e >= 0) found_.push_back(e);
+            });
+            NearFeatures::sort_once(found_);
+        }
+        for (const std::int32_t e : found_)
+            act(e);
+    }
+
+private:
+    static double lowest(const PolyhedronSide& side, const Vec3& direction)
+    {
+        double least = kInfinity;
+        if (side.mesh == nullptr) {
+            for (std::size_t v = 0; v < side.view.vertices.size(); ++v)
+                least = std::min(least, direction.dot(side.view.vertex(number(v))));
+            return least;
+        }
+        const Vec3 own = side.turn.transpose() * direction;
+        return lowest_along(*side.mesh, own) + direction.dot(side.shift);
+    }
+
+    // Whether a box in a side's own frame touches the region; some others pass.
+    auto test_for_(bool of_a) const
+    {
+        const PolyhedronSide& side = of_a ? a_ : b_;
+        // Rows: the axes of the frame of b, and the way out of the other body.
+        Eigen::Matrix<double, 4, 3> axes;
+        Eigen::Array4d low, high;
+        axes << Mat3::Identity(), (of_a ? 1 : -1) * way_.transpose();
+        low << box_.low, -kInfinity;
+        high << box_.high, (of_a ? high_b_ : -low_a_) + room_;
+        const Eigen::Array4d shift = axes * side.shift;
+        low -= shift + rounding_;
+        high += rounding_ - shift;
+        const Eigen::Matrix<double, 4, 3> own = axes * side.turn;
+        return [own, low, high](const BoundingBox& box) {
+            const Eigen::Array4d middle = own * (0.5 * (box.low + box.high)).matrix(),
+                                 half = own.cwiseAbs() * (0.5 * (box.high - box.low)).matrix();
+            return (middle - half <= high).all() && (middle + half >= low).all();
+        };
+    }
+
+    const PolyhedronSide &a_, &b_;
+    double room_ = 0, rounding_ = 0;
+    BoundingBox box_;
+    Vec3 way_ = Vec3::UnitZ(); // unit, from b to a
+    double low_a_ = 0, high_b_ = 0;
+    std::vector<std::int32_t> found_;
+};
+
+double distance_from_edge(const PolyhedronView& body, std::int32_t edge, const Vec3& x)
+{
+    const Vec3 from = x - body.vertex(body.topology->edges[at(edge)].vertex[0]),
+               along = body.along(edge);
+    return (from - std::clamp(from.dot(along), 0.0, body.length(edge)) * along).norm();
+}
+
+// Of bodies with more pairs of edges than this, edges overlap by no more than a part of the size.
+constexpr std::size_t kMany = 1'000'000;
+constexpr double kDeepEdges = 0.3, kDeepOfMany = 0.05;
+// Edges count whose places are in the other body by a quarter of what they overlap by.
+constexpr double kEdgesInside = 4;
+
+void touch_any(PolyhedronPair& pair, bool convex)
 {
     const double slack = kTouching * pair.size, radius = std::max(pair.reach, slack);
     const std::size_t edges = pair.a.view.edges.size() * pair.b.view.edges.size();
-    pair.deepest = edges <= kMany ? std::max(radius, 0.3 * pair.size) : radius;
+    pair.deepest = std::max(radius, (edges <= kMany ? kDeepEdges : kDeepOfMany) * pair.size);
+    Region region(pair, radius);
+    if (region.empty()) return;
     NearFeatures near_a(pair.a), near_b(pair.b);
-    const AxisBox box_a = view_box(pair.a.view), box_b = view_box(pair.b.view);
-    const Vec3 low = box_a.low.cwiseMax(box_b.low).array() - radius;
-    const Vec3 high = box_a.high.cwiseMin(box_b.high).array() + radius;
-    if ((low.array() > high.array()).any()) return;
-    const auto inside = [&](const Vec3& x) {
-        return (x.array() >= low.array()).all() && (x.array() <= high.array()).all();
-    };
-    const auto vertices = [&](const PolyhedronSide& x, NearFeatures& features, bool on_a,
-                              auto&& act) {
-        for (std::size_t v = 0; v < x.view.vertices.size(); ++v)
-            if (inside(x.view.vertices[v])) act(on_a, number(v), features);
-    };
     const auto on_edges = [&](bool on_a, std::int32_t v, NearFeatures& features) {
-        features.find((on_a ? pair.a : pair.b).view.vertices[at(v)], radius);
+        features.find((on_a ? pair.a : pair.b).view.vertex(v), radius);
         for (const std::int32_t e : features.edges)
             add_vertex_edge(pair, on_a, v, e);
         if (on_a)
             for (const std::int32_t w : features.vertices)
                 add_vertex_vertex(pair, v, w);
     };
-    const auto on_faces = [&](bool on_a, std::int32_t v, NearFeatures& features) {
-        vertex_on_faces(pair, on_a, v, features);
-    };
-    vertices(pair.a, near_b, true, on_edges);
-    vertices(pair.b, near_a, false, on_edges);
-    vertices(pair.a, near_b, true, on_faces);
-    vertices(pair.b, near_a, false, on_faces);
-    for (std::size_t i = 0; i < pair.a.view.edges.size(); ++i) {
-        const auto& ends = pair.a.view.topology->edges[i];
-        if (!ends.convex) continue;
-        const Vec3 &x = pair.a.view.vertices[at(ends.vertex[0])],
-                   &y = pair.a.view.vertices[at(ends.vertex[1])];
-        if ((x.cwiseMax(y) - low).minCoeff() < 0 || (high - x.cwiseMin(y)).minCoeff() < 0) continue;
-        near_b.find((x + y) / 2, (x - y).norm() / 2 + pair.deepest);
+    region.vertices(true, [&](std::int32_t v) { on_edges(true, v, near_b); });
+    region.vertices(false, [&](std::int32_t v) { on_edges(false, v, near_a); });
+    region.vertices(true, [&](std::int32_t v) { vertex_on_faces(pair, true, v, near_b); });
+    region.vertices(false, [&](std::int32_t v) { vertex_on_faces(pair, false, v, near_a); });
+    // No place of a convex body is deeper in another than both overlap along any way.
+    if (convex)
+        pair.deepest = std::min(
+            pair.deepest, std::max(radius, slack + kEdgesInside * std::max(-region.apart(), 0.0)));
+    region.edges_of_a([&](std::int32_t i) {
+        const auto& ends = pair.a.view.topology->edges[at(i)];
+        if (!ends.convex) return;
+        const Vec3 x = pair.a.view.vertex(ends.vertex[0]), y = pair.a.view.vertex(ends.vertex[1]);
+        const Vec3 middle = (x + y) / 2;
+        const double room = (x - y).norm() / 2 + pair.deepest + 2 * kSamePlace * pair.size;
+        near_b.find(middle, room);
         for (const std::int32_t j : near_b.edges)
-            add_edge_edge(pair, number(i), j);
-    }
+            if (distance_from_edge(pair.b.view, j, middle) <= room) add_edge_edge(pair, i, j);
+    });
 }
 
 // Pairs with fewer features are compared all with all.
 constexpr std::size_t kFew = 20'000;
 
+// @param convex  both bodies
 void touch_polyhedra(PolyhedronPair& pair, bool convex)
 {
-    const std::size_t edges = pair.a.view.edges.size() * pair.b.view.edges.size();
-    if (convex && edges <= kFew)
+    PolyhedronView& view = pair.a.view;
+    if (convex && view.edges.size() * pair.b.view.edges.size() <= kFew) {
+        const PolyhedronView own = view;
+        TurnedPolyhedron turned(own, pair.a.turn, pair.a.shift);
+        view = turned.view();
         touch_convex(pair);
-    else
-        touch_any(pair);
+    } else {
+        view.turn = &pair.a.turn;
+        view.shift = &pair.a.shift;
+        touch_any(pair, convex);
+    }
 }
 
 } // namespace
@@ -339,9 +447,7 @@ void touch_polyhedra(PolyhedronPair& pair, bool convex)
 void touch(const PairFrame& frame, const Box& a, const Box& b, RigidContacts& out)
 {
     const BoxPolyhedron own_a(a.half_extents), own_b(b.half_extents);
-    const PolyhedronView view = own_a.view();
-    TurnedPolyhedron turned(view, frame.turn, frame.shift);
-    PolyhedronPair pair{{turned.view(), nullptr, &a, frame.turn, frame.shift},
+    PolyhedronPair pair{{own_a.view(), nullptr, &a, frame.turn, frame.shift},
                         {own_b.view(), nullptr, &b, Mat3::Identity(), Vec3::Zero()},
                         frame.reach,
                         frame.size,
@@ -352,10 +458,8 @@ void touch(const PairFrame& frame, const Box& a, const Box& b, RigidContacts& ou
 void touch(const PairFrame& frame, const TriangleShape& a, const Box& b, RigidContacts& out)
 {
     const PolyhedronTopology topology = a.polyhedron.topology();
-    const PolyhedronView view = a.polyhedron.view(topology);
-    TurnedPolyhedron turned(view, frame.turn, frame.shift);
     const BoxPolyhedron own_b(b.half_extents);
-    PolyhedronPair pair{{turned.view(), &a, nullptr, frame.turn, frame.shift},
+    PolyhedronPair pair{{a.polyhedron.view(topology), &a, nullptr, frame.turn, frame.shift},
                         {own_b.view(), nullptr, &b, Mat3::Identity(), Vec3::Zero()},
                         frame.reach,
                         frame.size,
@@ -367,11 +471,9 @@ void touch(const PairFrame& frame, const TriangleShape& a, const TriangleShape& 
            RigidContacts& out)
 {
     const PolyhedronTopology topology_a = a.polyhedron.topology();
-    const PolyhedronView view = a.polyhedron.view(topology_a);
-    TurnedPolyhedron turned(view, frame.turn, frame.shift);
     const PolyhedronTopology topology_b = b.polyhedron.topology();
     PolyhedronPair pair{
-        {turned.view(), &a, nullptr, frame.turn, frame.shift},
+        {a.polyhedron.view(topology_a), &a, nullptr, frame.turn, frame.shift},
         {b.polyhedron.view(topology_b), &b, nullptr, Mat3::Identity(), Vec3::Zero()},
         frame.reach,
         frame.size,

@@ -31,10 +31,10 @@ bool in_hollow(const PolyhedronView& body, std::int32_t face, const Vec3& x, dou
          ++i) {
         const auto e = at(topology.face_edges[at(i)]);
         if (topology.edges[e].convex) continue;
-        const PolyhedronEdge& edge = body.edges[e];
-        const Vec3 from = x - body.vertices[at(topology.edges[e].vertex[0])];
-        const double s = std::clamp(from.dot(edge.along), 0.0, edge.length);
-        if ((from - s * edge.along).squaredNorm() <= near * near) return true;
+        const Vec3 from = x - body.vertex(topology.edges[e].vertex[0]),
+                   along = body.along(number(e));
+        const double s = std::clamp(from.dot(along), 0.0, body.edges[e].length);
+        if ((from - s * along).squaredNorm() <= near * near) return true;
     }
     return false;
 }
@@ -48,10 +48,10 @@ struct Fan {
 Fan fan_of(const PolyhedronView& body, std::int32_t edge)
 {
     const auto& ends = body.topology->edges[at(edge)];
-    const Vec3 &n0 = body.normals[at(ends.face[0])], &n1 = body.normals[at(ends.face[1])];
+    const Vec3 n0 = body.normal(ends.face[0]), n1 = body.normal(ends.face[1]);
     Fan fan;
     fan.middle = (n0 + n1).normalized();
-    fan.across = body.edges[at(edge)].along.cross(fan.middle);
+    fan.across = body.along(edge).cross(fan.middle);
     fan.half = std::acos(std::clamp(fan.middle.dot(n0), -1.0, 1.0));
     return fan;
 }
@@ -69,12 +69,11 @@ std::optional<Vec3> touching_normal(const PolyhedronPair& pair, const Polyhedron
          i < topology.vertex_begin[at(vertex) + 1]; ++i) {
         const std::int32_t e = topology.vertex_edges[at(i)];
         const auto& ends = topology.edges[at(e)];
-        if (!ends.convex || std::abs(x.edges[at(e)].along.dot(y.edges[at(edge)].along)) < kOpposed)
-            continue;
+        if (!ends.convex || std::abs(x.along(e).dot(y.along(edge))) < kOpposed) continue;
         double low = -fan.half, high = fan.half;
         double angle[2];
         for (std::size_t k = 0; k < 2; ++k) {
-            const Vec3 n = -x.normals[at(ends.face[k])];
+            const Vec3 n = -x.normal(ends.face[k]);
             angle[k] = std::atan2(n.dot(fan.across), n.dot(fan.middle));
         }
         low = std::max(low, std::min(angle[0], angle[1]));
@@ -113,9 +112,10 @@ bool rises(const PolyhedronView& body, std::int32_t vertex, const Vec3& n, doubl
     const PolyhedronTopology& topology = *body.topology;
     for (std::int32_t i = topology.vertex_begin[at(vertex)];
          i < topology.vertex_begin[at(vertex) + 1]; ++i) {
-        const auto e = at(topology.vertex_edges[at(i)]);
-        const Vec3& along = body.edges[e].along;
-        const double rise = topology.edges[e].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
+        const std::int32_t e = topology.vertex_edges[at(i)];
+        const Vec3 along = body.along(e);
+        const double rise =
+            topology.edges[at(e)].vertex[0] == vertex ? along.dot(n) : -along.dot(n);
         if (rise < -overhang && std::abs(along.dot(free)) < kOpposed) return false;
     }
     return true;
@@ -127,10 +127,10 @@ bool on_face(const PolyhedronSide& side, std::int32_t face, const Vec3& x, doubl
     if (topology.face_convex[at(face)] != 0) {
         for (std::int32_t i = topology.face_begin[at(face)]; i < topology.face_begin[at(face) + 1];
              ++i) {
-            const auto e = at(topology.face_edges[at(i)]);
-            const auto& ends = topology.edges[e];
-            const Vec3& into = side.view.edges[e].into[ends.face[0] == face ? 0 : 1];
-            if ((x - side.view.vertices[at(ends.vertex[0])]).dot(into) < -slack) return false;
+            const std::int32_t e = topology.face_edges[at(i)];
+            const auto& ends = topology.edges[at(e)];
+            const Vec3 into = side.view.into(e, ends.face[0] == face ? 0 : 1);
+            if ((x - side.view.vertex(ends.vertex[0])).dot(into) < -slack) return false;
         }
         return true;
     }
@@ -166,17 +166,16 @@ TurnedPolyhedron::TurnedPolyhedron(const PolyhedronView& own, const Mat3& turn, 
 
 PolyhedronView TurnedPolyhedron::view()
 {
-    return {own_.topology,  vertices_.all(), normals_.all(),
-            offsets_.all(), edges_.all(),    own_.triangles};
+    return {own_.topology, vertices_.all(), normals_.all(), offsets_.all(),
+            edges_.all(),  own_.triangles,  nullptr,        nullptr};
 }
 
 std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
                                        std::int32_t face, double beyond)
 {
     const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
-    const Vec3& n = y.view.normals[at(face)];
-    const Vec3& place = x.view.vertices[at(vertex)];
-    const double height = n.dot(place) - y.view.offsets[at(face)];
+    const Vec3 n = y.view.normal(face), place = x.view.vertex(vertex);
+    const double height = n.dot(place) - y.view.offset(face);
     if (height > pair.reach || height < pair.least || !pair.agrees(on_a ? n : Vec3{-n})) return {};
     if (!rises(x.view, vertex, n, kInclined)) return {};
     const Vec3 foot = place - height * n;
@@ -190,38 +189,46 @@ void add_vertex_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
                      double height)
 {
     const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
-    const Vec3& n = y.view.normals[at(face)];
-    const Vec3& place = x.view.vertices[at(vertex)];
+    const Vec3 n = y.view.normal(face), place = x.view.vertex(vertex);
     add_contact_of_pair(pair, on_a, place, place - height * n, n, height,
                         contact_id(Feature::vertex, at(vertex), Feature::face, at(face)),
                         contact_id(Feature::face, at(face), Feature::vertex, at(vertex)));
 }
 
-std::optional<Vec3> crossing_normal(const PolyhedronPair& pair, std::int32_t edge_a,
-                                    std::int32_t edge_b)
+std::optional<Vec3> crossing_normal(const EdgeWithFaces& a, const EdgeWithFaces& b)
 {
-    const auto &ends_a = pair.a.view.topology->edges[at(edge_a)],
-               &ends_b = pair.b.view.topology->edges[at(edge_b)];
-    const PolyhedronEdge &a = pair.a.view.edges[at(edge_a)], &b = pair.b.view.edges[at(edge_b)];
-    const auto normal = [](const PolyhedronSide& side, std::int32_t face) -> const Vec3& {
-        return side.view.normals[at(face)];
-    };
+    const Vec3 &along_a = a.edge.along, &along_b = b.edge.along;
     // On the sphere of directions the arcs of outward normals of the one edge and of inward
     // normals of the other must cross: the ends of each lie on both sides of the other's circle.
-    const Vec3 &b0 = normal(pair.b, ends_b.face[0]), &b1 = normal(pair.b, ends_b.face[1]);
-    const double p = b0.dot(a.along), q = b1.dot(a.along);
+    const Vec3 &b0 = b.normal_0, &b1 = b.normal_1;
+    const double p = b0.dot(along_a), q = b1.dot(along_a);
     if ((p > kStrict && q > kStrict) || (p < -kStrict && q < -kStrict)) return {};
-    const Vec3 &a0 = normal(pair.a, ends_a.face[0]), &a1 = normal(pair.a, ends_a.face[1]);
-    const double r = a0.dot(b.along), s = a1.dot(b.along);
+    const Vec3 &a0 = a.normal_0, &a1 = a.normal_1;
+    const double r = a0.dot(along_b), s = a1.dot(along_b);
     if ((r > kStrict && s > kStrict) || (r < -kStrict && s < -kStrict)) return {};
-    Vec3 n = a.along.cross(b.along);
+    Vec3 n = along_a.cross(along_b);
     const double sine = n.norm();
     if (sine < kParallel) return {};
     n /= n.dot(b0 + b1) < 0 ? -sine : sine;
-    if (n.dot(b.into[0]) > kStrict || n.dot(b.into[1]) > kStrict) return {};
-    if (n.dot(a.into[0]) < -kStrict || n.dot(a.into[1]) < -kStrict) return {};
+    if (n.dot(b.edge.into[0]) > kStrict || n.dot(b.edge.into[1]) > kStrict) return {};
+    if (n.dot(a.edge.into[0]) < -kStrict || n.dot(a.edge.into[1]) < -kStrict) return {};
     if (n.dot(a0 + a1) > 0) return {};
     return n;
+}
+
+std::optional<Vec3> crossing_normal(const PolyhedronPair& pair, std::int32_t edge_a,
+                                    std::int32_t edge_b)
+{
+    const auto edge_of = [](const PolyhedronView& view, std::int32_t e) {
+        return PolyhedronEdge{view.along(e), {view.into(e, 0), view.into(e, 1)}, view.length(e)};
+    };
+    const PolyhedronView &a = pair.a.view, &b = pair.b.view;
+    const PolyhedronEdge own = edge_of(a, edge_a), other = edge_of(b, edge_b);
+    const auto &faces_a = a.topology->edges[at(edge_a)].face,
+               &faces_b = b.topology->edges[at(edge_b)].face;
+    const Vec3 a0 = a.normal(faces_a[0]), a1 = a.normal(faces_a[1]), b0 = b.normal(faces_b[0]),
+               b1 = b.normal(faces_b[1]);
+    return crossing_normal({own, a0, a1}, {other, b0, b1});
 }
 
 void add_edge_edge(const PolyhedronPair& pair, std::int32_t edge_a, std::int32_t edge_b)
@@ -229,20 +236,33 @@ void add_edge_edge(const PolyhedronPair& pair, std::int32_t edge_a, std::int32_t
     const PolyhedronView &va = pair.a.view, &vb = pair.b.view;
     const auto &ends_a = va.topology->edges[at(edge_a)], &ends_b = vb.topology->edges[at(edge_b)];
     if (!ends_a.convex || !ends_b.convex) return;
-    const PolyhedronEdge &a = va.edges[at(edge_a)], &b = vb.edges[at(edge_b)];
-
-    const Vec3 w = vb.vertices[at(ends_b.vertex[0])] - va.vertices[at(ends_a.vertex[0])];
-    const Vec3 cross = a.along.cross(b.along);
+    const Vec3 along_a = va.along(edge_a), along_b = vb.along(edge_b);
+    const Vec3 from_a = va.vertex(ends_a.vertex[0]), from_b = vb.vertex(ends_b.vertex[0]);
+    const Vec3 w = from_b - from_a;
+    const Vec3 cross = along_a.cross(along_b);
     const double sine = cross.norm();
     if (sine < kParallel) return;
+    // Whichever way their normal points: most pairs cross far away or beyond an end.
+    const Vec3 either = cross / sine;
+    const double determinant = either.dot(cross);
+    const double s = either.dot(w.cross(along_b)) / determinant;
+    const double t = either.dot(w.cross(along_a)) / determinant;
+    const double slack = kSamePlace * pair.size;
+    if (s < -slack || s > va.length(edge_a) + slack || t < -slack || t > vb.length(edge_b) + slack)
+        return;
+    const Vec3 x = from_a + s * along_a, y = from_b + t * along_b;
+    const double apart = std::abs(either.dot(x - y));
+    const bool too_deep = -apart < pair.least ||
+                          (!pair.convex && apart > kTouching * pair.size && apart > pair.deepest);
+    if (apart > pair.reach && too_deep) return;
     std::optional<Vec3> normal = crossing_normal(pair, edge_a, edge_b);
     if (!normal) {
         // Outlines of opposed faces.
-        const Vec3 n = cross / sine;
+        const Vec3& n = either;
         double best = kOpposed;
         for (const std::int32_t f : ends_a.face)
             for (const std::int32_t g : ends_b.face) {
-                const Vec3 &na = va.normals[at(f)], &nb = vb.normals[at(g)];
+                const Vec3 na = va.normal(f), nb = vb.normal(g);
                 if (na.dot(nb) > -kOpposed) continue;
                 // Edges that are more parallel than the faces cross at a normal of their own,
                 // and the place of the crossing is undetermined.
@@ -257,13 +277,6 @@ void add_edge_edge(const PolyhedronPair& pair, std::int32_t edge_a, std::int32_t
     }
     const Vec3& n = *normal;
     if (!pair.agrees(n)) return;
-    const double determinant = n.dot(cross);
-    const double s = n.dot(w.cross(b.along)) / determinant;
-    const double t = n.dot(w.cross(a.along)) / determinant;
-    const double slack = kSamePlace * pair.size;
-    if (s < -slack || s > a.length + slack || t < -slack || t > b.length + slack) return;
-    const Vec3 x = va.vertices[at(ends_a.vertex[0])] + s * a.along;
-    const Vec3 y = vb.vertices[at(ends_b.vertex[0])] + t * b.along;
     const double gap = n.dot(x - y);
     if (gap > pair.reach || gap < pair.least) return;
     // Deep inside bodies that are not convex, edges of far sides cross as well.
@@ -279,13 +292,12 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
 {
     const PolyhedronSide &x = on_a ? pair.a : pair.b, &y = on_a ? pair.b : pair.a;
     const auto& ends = y.view.topology->edges[at(edge)];
-    const PolyhedronEdge& line = y.view.edges[at(edge)];
-    const Vec3& place = x.view.vertices[at(vertex)];
-    const Vec3 from = place - y.view.vertices[at(ends.vertex[0])];
-    const double s = from.dot(line.along);
+    const Vec3 along = y.view.along(edge), place = x.view.vertex(vertex);
+    const Vec3 from = place - y.view.vertex(ends.vertex[0]);
+    const double s = from.dot(along);
     const double slack = kSamePlace * pair.size;
-    if (s < -slack || s > line.length + slack) return;
-    const Vec3 w = from - s * line.along;
+    if (s < -slack || s > y.view.length(edge) + slack) return;
+    const Vec3 w = from - s * along;
     const double square = w.squaredNorm();
     if (square > pair.reach * pair.reach && square > kTouching * kTouching * pair.size * pair.size)
         return;
@@ -299,12 +311,12 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
                             contact_id(Feature::edge, at(edge), Feature::corner, at(vertex)));
         return;
     }
-    if (w.dot(line.into[0]) > slack || w.dot(line.into[1]) > slack) return;
+    if (w.dot(y.view.into(edge, 0)) > slack || w.dot(y.view.into(edge, 1)) > slack) return;
     const Vec3 n = w / distance;
     if (!pair.agrees(on_a ? n : Vec3{-n})) return;
     // Edges of the vertex that run along this edge may incline either way: they will touch both
     // ends.
-    if (!rises(x.view, vertex, n, kStrict, line.along)) return;
+    if (!rises(x.view, vertex, n, kStrict, along)) return;
     add_contact_of_pair(pair, on_a, place, place - w, n, distance,
                         contact_id(Feature::vertex, at(vertex), Feature::edge, at(edge)),
                         contact_id(Feature::edge, at(edge), Feature::vertex, at(vertex)));
@@ -312,7 +324,7 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
 
 void add_vertex_vertex(const PolyhedronPair& pair, std::int32_t vertex_a, std::int32_t vertex_b)
 {
-    const Vec3 &x = pair.a.view.vertices[at(vertex_a)], &y = pair.b.view.vertices[at(vertex_b)];
+    const Vec3 x = pair.a.view.vertex(vertex_a), y = pair.b.view.vertex(vertex_b);
     const Vec3 w = x - y;
     const double distance = w.norm();
     if (distance > pair.reach || distance < kTouching * pair.size) return;

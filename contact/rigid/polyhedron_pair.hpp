@@ -98,7 +98,15 @@ std::optional<double> height_over_face(const PolyhedronPair& pair, bool on_a, st
 void add_vertex_face(const PolyhedronPair& pair, bool on_a, std::int32_t vertex, std::int32_t face,
                      double height);
 
+/// An edge and the normals of its two faces.
+struct EdgeWithFaces {
+    /// The edge.
+    const PolyhedronEdge& edge;
+    /// Outward normals of its faces.
+    const Vec3 &normal_0, &normal_1;
+};
 /// The normal of two convex edges that touch crosswise: both bodies lie behind it.
+std::optional<Vec3> crossing_normal(const EdgeWithFaces& a, const EdgeWithFaces& b);
 std::optional<Vec3> crossing_normal(const PolyhedronPair& pair, std::int32_t edge_a,
                                     std::int32_t edge_b);
 

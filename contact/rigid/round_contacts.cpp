@@ -1,3 +1,4 @@
+#include "contact/rigid/extent.hpp"
 #include "contact/rigid/pair_contacts.hpp"
 #include "contact/rigid/spread.hpp"
 #include "mesh/base/index.hpp"
@@ -242,9 +243,14 @@ void touch(const PairFrame& pair, const Box& a, const Plane&, RigidContacts& out
 
 void touch(const PairFrame& pair, const TriangleShape& a, const Plane&, RigidContacts& out)
 {
-    const std::vector<Vec3>& vertices = a.polyhedron.vertices;
-    for (std::size_t v = 0; v < vertices.size(); ++v)
-        add_above(pair, pair.turn * vertices[v] + pair.shift, Feature::vertex, v, out);
+    const Vec3 up = pair.turn.row(2);
+    const double highest = pair.reach - pair.shift[2] + kSamePlace * pair.size;
+    std::vector<std::int32_t> near;
+    vertices_where(
+        a, [&](const BoundingBox& box) { return lowest_along(box, up) <= highest; }, near);
+    for (const std::int32_t v : near)
+        add_above(pair, pair.turn * a.polyhedron.vertices[at(v)] + pair.shift, Feature::vertex,
+                  at(v), out);
 }
 
 } // namespace amontons

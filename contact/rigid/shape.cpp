@@ -1,5 +1,7 @@
 #include "contact/rigid/shape.hpp"
 
+#include "contact/rigid/extent.hpp"
+#include "mesh/base/index.hpp"
 #include "mesh/base/limits.hpp"
 #include "mesh/surface_check.hpp"
 
@@ -44,7 +46,61 @@ MassProperties of_triangles(const SurfaceMesh& mesh, double density)
             density * (about.trace() * Mat3::Identity() - about)};
 }
 
+constexpr std::size_t kFewVertices = 48; // a tree takes longer
+
+/// The least value of a body's vertices, and the first vertex that has it.
+/// @param bound  of a box: no value in it is below
+template <class Bound, class Value>
+std::pair<double, std::int32_t> least_vertex(const TriangleShape& body, Bound bound, Value value)
+{
+    double least = std::numeric_limits<double>::infinity();
+    std::int32_t first = 0;
+    const std::vector<Vec3>& vertices = body.polyhedron.vertices;
+    const auto take = [&](std::int32_t v) {
+        const double own = value(vertices[at(v)]);
+        if (own < least || (own == least && v < first)) first = v;
+        least = std::min(least, own);
+    };
+    if (vertices.size() <= kFewVertices) {
+        for (std::size_t v = 0; v < vertices.size(); ++v)
+            take(number(v));
+        return {least, first};
+    }
+    body.tree.least(bound, [&](std::int32_t t) {
+        for (const std::int32_t p : body.mesh.triangles[at(t)])
+            if (const std::int32_t v = body.polyhedron.corner_of[at(p)]; v >= 0) take(v);
+        return least;
+    });
+    return {least, first};
+}
+
+std::pair<double, std::int32_t> lowest(const TriangleShape& body, const Vec3& direction)
+{
+    return least_vertex(
+        body, [&](const BoundingBox& box) { return lowest_along(box, direction); },
+        [&](const Vec3& x) { return direction.dot(x); });
+}
+
 } // namespace
+
+std::int32_t lowest_vertex(const TriangleShape& body, const Vec3& direction)
+{
+    return lowest(body, direction).second;
+}
+
+double lowest_along(const TriangleShape& body, const Vec3& direction)
+{
+    return lowest(body, direction).first;
+}
+
+double farthest_vertex(const TriangleShape& body)
+{
+    // Of a ball around the origin a tree would leave out nothing.
+    double squared = 0;
+    for (const Vec3& x : body.polyhedron.vertices)
+        squared = std::max(squared, x.squaredNorm());
+    return std::sqrt(squared);
+}
 
 Vec3 Ellipsoid::support(const Vec3& direction) const
 {
@@ -163,12 +219,7 @@ double bounding_radius(const RigidShape& shape)
                    [](const Ellipsoid& e) { return e.radii.maxCoeff(); },
                    [](const Capsule& c) { return c.radius + c.half_length; },
                    [](const Plane&) { return kInfinity; },
-                   [](const TriangleShape& body) {
-                       double radius = 0;
-                       for (const Vec3& v : body.polyhedron.vertices)
-                           radius = std::max(radius, v.norm());
-                       return radius;
-                   }},
+                   [](const TriangleShape& body) { return farthest_vertex(body); }},
         shape);
 }
 
@@ -205,11 +256,11 @@ AxisBox axis_box(const RigidShape& shape, const Pose& pose)
                        return all;
                    },
                    [&](const TriangleShape& body) {
-                       AxisBox box{Vec3::Constant(kInfinity), Vec3::Constant(-kInfinity)};
-                       for (const Vec3& v : body.polyhedron.vertices) {
-                           const Vec3 x = turn * v;
-                           box.low = box.low.cwiseMin(x);
-                           box.high = box.high.cwiseMax(x);
+                       AxisBox box;
+                       for (int k = 0; k < 3; ++k) {
+                           const Vec3 axis = turn.row(k);
+                           box.low[k] = lowest_along(body, axis);
+                           box.high[k] = -lowest_along(body, -axis);
                        }
                        return AxisBox{box.low + pose.place, box.high + pose.place};
                    }},

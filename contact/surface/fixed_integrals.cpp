@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <map>
 #include <utility>
+#include <vector>
 
 // What is integrated over a segment are products of the slave's shape functions, and of these with
 // the place and the normal of the master, which are linear in the plane but for the normal's
@@ -22,7 +24,9 @@ constexpr double kLittleBent = 0.2; // Newton's method finds places from the mid
 constexpr double kSmallBend = 0.04; // beyond the rule's degree (bend / 2)^5 is left out, 3e-9
 /// Segments that are smaller than this part of the slave's face take the rule of degree 2: four
 /// powers of it are left out, 1e-7 of what the integrals are.
-constexpr double kSmallSegment = 0.1;
+constexpr double kSmallSegment = 0.1, kSmallOfSix = 0.07;
+/// Of those any triangles serve: the rule of degree 4 leaves out five powers of it.
+constexpr double kAnyTriangles = 0.4;
 constexpr int kNewtonSteps = 20;
 constexpr double kSquared = 1e-7, kBeyondBorder = 0.25; // as in facets.cpp
 constexpr double kRightPlace = 1e-10;                   // on the reference face
@@ -63,7 +67,8 @@ PlaneQuadrilateral quadrilateral_in_plane(const FaceInPlane& face)
     return q;
 }
 
-PlaneTriangle triangle_in_plane(const Facet& slave, const FacetPlane& plane)
+PlaneTriangle triangle_in_plane(const Facet& slave, const FacetPlane& plane,
+                                const FaceInPlane& face)
 {
     const Vec2 a = plane(slave.corner[0]).head<2>(), b = plane(slave.corner[1]).head<2>(),
                c = plane(slave.corner[2]).head<2>();
@@ -75,6 +80,16 @@ PlaneTriangle triangle_in_plane(const Facet& slave, const FacetPlane& plane)
     t.offset = slave.xi[0] - t.slope * a;
     t.back = from * to.inverse();
     t.origin = a - t.back * slave.xi[0];
+    t.stretch = std::abs(t.slope.determinant());
+    if (face.nodes == 6) {
+        const auto& x = face.node;
+        t.place[0] = x[0];
+        t.place[1] = 4 * x[3] - 3 * x[0] - x[1];
+        t.place[2] = 4 * x[5] - 3 * x[0] - x[2];
+        t.place[3] = 2 * x[0] + 2 * x[1] - 4 * x[3];
+        t.place[4] = 2 * x[0] + 2 * x[2] - 4 * x[5];
+        t.place[5] = 4 * (x[0] - x[3] + x[4] - x[5]);
+    }
     return t;
 }
 
@@ -124,25 +139,72 @@ void begin_polygon(PlaneQuadrilateral& q, const Vec2& z, double part)
 
 using Many = PerPoint;
 
+/// The points of a rule in blocks, the last one filled up with points of no weight.
+struct RuleBlocks {
+    struct Block {
+        Many first, second, weight; ///< shares of the second and the third corner
+    };
+    std::vector<Block> blocks;
+    int points = 0;
+
+    explicit RuleBlocks(std::span<const QuadraturePoint> rule) : points(int(rule.size()))
+    {
+        for (std::size_t k = 0; k < rule.size(); ++k) {
+            if (k % kPointBlock == 0)
+                blocks.push_back(
+                    {Many::Constant(rule[k].xi[0]), Many::Constant(rule[k].xi[1]), Many::Zero()});
+            Block& block = blocks.back();
+            const auto lane = Eigen::Index(k % kPointBlock);
+            block.first[lane] = rule[k].xi[0];
+            block.second[lane] = rule[k].xi[1];
+            block.weight[lane] = rule[k].weight;
+        }
+    }
+};
+
+const RuleBlocks& triangle_blocks(int degree)
+{
+    static const RuleBlocks two(triangle_points(2)), four(triangle_points(4));
+    return degree == 2 ? two : four;
+}
+
+const RuleBlocks& blocks_for_bend(double bend)
+{
+    constexpr int kLeastAlong = 2, kMostAlong = 12; // of points_for_bend
+    static const std::map<std::size_t, RuleBlocks> by_points = [] {
+        std::map<std::size_t, RuleBlocks> rules;
+        for (int along = kLeastAlong; along <= kMostAlong; ++along)
+            rules.emplace(triangle_points_along(along).size(),
+                          RuleBlocks(triangle_points_along(along)));
+        return rules;
+    }();
+    return by_points.at(points_for_bend(bend).size());
+}
+
 /// The slave's face in the plane of its facet: what of it its number of nodes takes.
 struct SlaveInPlane {
-    const FaceInPlane& face;
     const PlaneQuadrilateral& quadrilateral;
     const PlaneTriangle& triangle;
 };
 
-/// Shape functions of the slave's face and the points' places in the plane.
+Many four_of(const double* from)
+{
+    return Eigen::Map<const Many, Eigen::Aligned32>(from);
+}
+
+/// Shape functions of the slave's face and the places of four points in the plane.
 /// @return  the area of the face per area of the plane
 template <int kNodes>
-Many shape_at(const WaitingPoints& points, const SlaveInPlane& slave, Many N[kNodes], Many z[2])
+Many shape_at(const PolygonPoints& points, int first, const SlaveInPlane& slave, Many N[kNodes],
+              Many z[2])
 {
-    z[0] = points.z[0];
-    z[1] = points.z[1];
+    z[0] = four_of(points.z[0] + first);
+    z[1] = four_of(points.z[1] + first);
     Many a, b;
     if constexpr (kNodes == 4) {
         const PlaneQuadrilateral& face = slave.quadrilateral;
-        a = points.xi[0];
-        b = points.xi[1];
+        a = four_of(points.xi[0] + first);
+        b = four_of(points.xi[1] + first);
         for (int k = 0; k < points.steps; ++k) {
             const Many px = face.along[0].x() + b * face.twist.x(),
                        py = face.along[0].y() + b * face.twist.y(),
@@ -186,24 +248,17 @@ Many shape_at(const WaitingPoints& points, const SlaveInPlane& slave, Many N[kNo
             N[3] = 4 * c * a;
             N[4] = 4 * a * b;
             N[5] = 4 * b * c;
-            const Many at_0 = 1 - 4 * c;
-            const Many by_a[6] = {at_0, 4 * a - 1, Many::Zero(), 4 * (c - a), 4 * b, -4 * b};
-            const Many by_b[6] = {at_0, Many::Zero(), 4 * b - 1, -4 * a, 4 * a, 4 * (c - b)};
+            const Vec3* x = slave.triangle.place;
+            const Many aa = a * a, bb = b * b, ab = a * b;
             Many p[3], q[3];
             for (int k = 0; k < 3; ++k) {
-                p[k] = by_a[0] * slave.face.node[0][k];
-                q[k] = by_b[0] * slave.face.node[0][k];
-                for (std::size_t i = 1; i < 6; ++i) {
-                    p[k] += by_a[i] * slave.face.node[i][k];
-                    q[k] += by_b[i] * slave.face.node[i][k];
-                }
+                p[k] = x[1][k] + 2 * x[3][k] * a + x[5][k] * b;
+                q[k] = x[2][k] + 2 * x[4][k] * b + x[5][k] * a;
             }
-            for (int k = 0; k < 2; ++k) {
-                z[k] = N[0] * slave.face.node[0][k];
-                for (std::size_t i = 1; i < 6; ++i)
-                    z[k] += N[i] * slave.face.node[i][k];
-            }
-            return std::abs(slave.triangle.slope.determinant()) *
+            for (int k = 0; k < 2; ++k)
+                z[k] = x[0][k] + x[1][k] * a + x[2][k] * b + x[3][k] * aa + x[4][k] * bb +
+                       x[5][k] * ab;
+            return slave.triangle.stretch *
                    ((p[1] * q[2] - p[2] * q[1]).square() + (p[2] * q[0] - p[0] * q[2]).square() +
                     (p[0] * q[1] - p[1] * q[0]).square())
                        .sqrt();
@@ -213,41 +268,39 @@ Many shape_at(const WaitingPoints& points, const SlaveInPlane& slave, Many N[kNo
 
 /// Adds points to the integrals: most of what contact with triangles costs.
 template <int kNodes>
-void integrate_points(const WaitingPoints& points, const SlaveInPlane& slave, DualMoments* dual,
-                      ConstantMoments& constant)
+void integrate_points(const PolygonPoints& points, const SlaveInPlane& slave,
+                      const MasterPlane& master, DualMoments* dual, ConstantMoments& constant)
 {
-    Many N[kNodes], z[2];
-    const Many w = points.weight * shape_at<kNodes>(points, slave, N, z);
-    const Many dx = z[0] - points.corner[0], dy = z[1] - points.corner[1];
-    Many n[3],
-        y[3] = {z[0], z[1], points.height[0] + dx * points.height[1] + dy * points.height[2]};
-    for (int k = 0; k < 3; ++k)
-        n[k] = points.n[0][k] + dx * points.n[1][k] + dy * points.n[2][k];
-    const Many per_size = 1 / (n[0].square() + n[1].square() + n[2].square()).sqrt();
-    for (Many& value : n)
-        value *= per_size;
-    if (dual) {
-        Many* NN = dual->NN;
-        for (int i = 0; i < kNodes; ++i) {
-            const Many wN = w * N[i];
-            for (int j = i; j < kNodes; ++j)
-                *NN++ += wN * N[j];
-            for (int k = 0; k < 3; ++k) {
-                dual->Nn[i][k] += wN * n[k];
-                dual->Ny[i][k] += wN * y[k];
+    for (int first = 0; first < points.count; first += kPointBlock) {
+        Many N[kNodes], z[2];
+        const Many area = shape_at<kNodes>(points, first, slave, N, z);
+        const Many w = four_of(points.weight + first) * area;
+        const Many dx = z[0] - master.corner.x(), dy = z[1] - master.corner.y();
+        const Many h = master.height[0] + dx * master.height[1] + dy * master.height[2];
+        Many n[3];
+        for (int k = 0; k < 3; ++k)
+            n[k] = master.n[0][k] + dx * master.n[1][k] + dy * master.n[2][k];
+        const Many per_size = 1 / (n[0].square() + n[1].square() + n[2].square()).sqrt();
+        for (Many& value : n)
+            value *= per_size;
+        if (dual) {
+            Many* NN = dual->NN;
+            for (int i = 0; i < kNodes; ++i) {
+                const Many wN = w * N[i];
+                for (int j = i; j < kNodes; ++j)
+                    *NN++ += wN * N[j];
+                for (int k = 0; k < 3; ++k)
+                    dual->Nn[i][k] += wN * n[k];
+                dual->Nh[i] += wN * h;
             }
-            dual->N[i] += wN;
+            continue;
         }
-        return;
+        for (int i = 0; i < kNodes; ++i)
+            constant.N[i] += w * N[i];
+        for (int k = 0; k < 3; ++k)
+            constant.n[k] += w * n[k];
+        constant.h += w * h;
     }
-    ConstantMoments& c = constant;
-    for (int i = 0; i < kNodes; ++i)
-        c.N[i] += w * N[i];
-    for (int k = 0; k < 3; ++k) {
-        c.n[k] += w * n[k];
-        c.y[k] += w * y[k];
-    }
-    c.area += w;
 }
 
 } // namespace
@@ -277,7 +330,7 @@ void FixedIntegrals::begin_facet(const Facet& slave)
     if (face_.nodes == 4)
         quadrilateral_ = quadrilateral_in_plane(face_);
     else
-        triangle_ = triangle_in_plane(slave, *plane_);
+        triangle_ = triangle_in_plane(slave, *plane_, face_);
 }
 
 Vec2 FixedIntegrals::in_plane(const Vec2& xi) const
@@ -309,71 +362,64 @@ void FixedIntegrals::set_master_(const Facet& master)
         over_.n[1 + k] = u[k] * along_u + v[k] * along_v;
 }
 
-void FixedIntegrals::add_point_(const Vec2& z, double weight, WaitingPoints& to, int only)
+/// Appends points whose places in the plane are known; those of no weight do no harm.
+void FixedIntegrals::add_points_(const PerPoint& x, const PerPoint& y, const PerPoint& weight,
+                                 int count)
 {
-    const int k = to.count;
+    PolygonPoints& to = points_;
+    const auto store = [&](double* at, const PerPoint& value) {
+        Eigen::Map<PerPoint>(at + to.count) = value;
+    };
     if (face_.nodes == 4) {
         PlaneQuadrilateral& q = quadrilateral_;
-        Vec2 xi;
         if (q.contraction < 1) {
-            const Vec2 off = q.near_slope * (z - q.polygon_corner);
-            xi = q.polygon_xi + off - off.x() * off.y() * q.near_twist;
+            const PerPoint off_x = x - q.polygon_corner.x(), off_y = y - q.polygon_corner.y();
+            const PerPoint a = q.near_slope(0, 0) * off_x + q.near_slope(0, 1) * off_y,
+                           b = q.near_slope(1, 0) * off_x + q.near_slope(1, 1) * off_y;
+            const PerPoint ab = a * b;
+            store(to.xi[0], q.polygon_xi.x() + a - q.near_twist.x() * ab);
+            store(to.xi[1], q.polygon_xi.y() + b - q.near_twist.y() * ab);
             to.steps = std::max(to.steps, q.steps);
         } else {
-            find_on(q, z);
-            if (!(q.last.cwiseAbs().maxCoeff() <= 1 + kBeyondBorder)) return;
-            xi = q.last;
+            for (int k = 0; k < count; ++k) {
+                find_on(q, {x[k], y[k]});
+                if (!(q.last.cwiseAbs().maxCoeff() <= 1 + kBeyondBorder)) continue;
+                to.z[0][to.count] = x[k];
+                to.z[1][to.count] = y[k];
+                to.xi[0][to.count] = q.last.x();
+                to.xi[1][to.count] = q.last.y();
+                to.weight[to.count++] = weight[k];
+            }
+            return;
         }
-        to.xi[0][k] = xi.x();
-        to.xi[1][k] = xi.y();
     }
-    to.weight[k] = weight;
-    for (int i = 0; i < 2; ++i)
-        to.z[i][k] = z[i];
-    if (to.masters == 0 || to.master[to.masters - 1].facet != over_.facet) {
-        to.from[to.masters] = k;
-        to.master[to.masters++] = over_;
-    }
-    if (++to.count == kPointBlock) flush_(only);
+    store(to.z[0], x);
+    store(to.z[1], y);
+    store(to.weight, weight);
+    to.count += count;
 }
 
 void FixedIntegrals::flush_(int only)
 {
-    WaitingPoints& points = waiting_[only + 1];
+    PolygonPoints& points = points_;
     if (points.count == 0) return;
-    const auto fill = [&](Many& value) { // once more, of no weight
-        for (int k = points.count; k < kPointBlock; ++k)
-            value[k] = value[0];
-    };
-    for (int i = 0; i < 2; ++i) {
-        fill(points.z[i]);
-        fill(points.xi[i]);
-    }
-    const auto spread = [&](auto number, Many& value) { // from each master's first point on
-        value.setConstant(number(points.master[0]));
-        for (int m = 1; m < points.masters; ++m)
-            for (int k = points.from[m]; k < kPointBlock; ++k)
-                value[k] = number(points.master[m]);
-    };
-    for (int i = 0; i < 2; ++i)
-        spread([i](const MasterPlane& m) { return m.corner[i]; }, points.corner[i]);
-    for (int i = 0; i < 3; ++i) {
-        spread([i](const MasterPlane& m) { return m.height[i]; }, points.height[i]);
-        for (int j = 0; j < 3; ++j)
-            spread([i, j](const MasterPlane& m) { return m.n[i][j]; }, points.n[i][j]);
-    }
-    for (int k = points.count; k < kPointBlock; ++k)
+    for (int k = points.count; k % kPointBlock != 0; ++k) { // the first once more, of no weight
+        for (int i = 0; i < 2; ++i) {
+            points.z[i][k] = points.z[i][0];
+            points.xi[i][k] = points.xi[i][0];
+        }
         points.weight[k] = 0;
-    const SlaveInPlane slave{face_, quadrilateral_, triangle_};
+    }
+    const SlaveInPlane slave{quadrilateral_, triangle_};
     DualMoments* const dual = only < 0 ? &dual_ : nullptr;
     ConstantMoments& constant = only_[std::size_t(std::max(only, 0))];
     if (face_.nodes == 3)
-        integrate_points<3>(points, slave, dual, constant);
+        integrate_points<3>(points, slave, over_, dual, constant);
     else if (face_.nodes == 4)
-        integrate_points<4>(points, slave, dual, constant);
+        integrate_points<4>(points, slave, over_, dual, constant);
     else
-        integrate_points<6>(points, slave, dual, constant);
-    points.count = points.steps = points.masters = 0;
+        integrate_points<6>(points, slave, over_, dual, constant);
+    points.count = points.steps = 0;
 }
 
 void FixedIntegrals::add(const Facet& master, const ConvexPolygon& polygon, int only, double share)
@@ -389,20 +435,26 @@ void FixedIntegrals::add(const Facet& master, const ConvexPolygon& polygon, int 
 
     // ---- Integration rule
     const double part = std::min(master.size / facet_->size, 1.0);
-    int degree = 4;
-    if (face_.nodes == 3 || part < kSmallSegment) degree = 2;
-    std::span<const QuadraturePoint> points = triangle_points(degree);
+    const double small = face_.nodes != 6 ? kSmallSegment : only < 0 ? kSmallOfSix : kAnyTriangles;
+    const bool quadratic = part < small || (face_.nodes == 3 && !(part < kAnyTriangles));
+    const int degree = quadratic ? 2 : 4;
+    const RuleBlocks* rule = &triangle_blocks(degree);
     if (face_.nodes == 4 && quadrilateral_.bend * part > kSmallBend)
-        points = points_for_bend(quadrilateral_.bend * part);
+        rule = &blocks_for_bend(quadrilateral_.bend * part);
     if (face_.nodes == 4) begin_polygon(quadrilateral_, polygon[0], part);
-    const bool any_place = face_.nodes == 4 ? quadrilateral_.contraction < 1
-                                            : face_.nodes == 3 && part < kSmallSegment;
+    const bool any_place = face_.nodes == 4 ? quadrilateral_.contraction < 1 : part < kAnyTriangles;
 
-    WaitingPoints& to = waiting_[only + 1];
     const auto add_triangle = [&](const Vec2& a, const Vec2& b, const Vec2& c) {
         const double twice = share * twice_area(a, b, c);
-        for (const QuadraturePoint& p : points)
-            add_point_(a + p.xi[0] * (b - a) + p.xi[1] * (c - a), p.weight * twice, to, only);
+        const Vec2 ab = b - a, ac = c - a;
+        int left = rule->points;
+        for (const RuleBlocks::Block& p : rule->blocks) {
+            if (points_.count > PolygonPoints::kMost - kPointBlock) flush_(only);
+            add_points_(a.x() + p.first * ab.x() + p.second * ac.x(),
+                        a.y() + p.first * ab.y() + p.second * ac.y(), twice * p.weight,
+                        std::min(left, kPointBlock));
+            left -= kPointBlock;
+        }
     };
     // Where the rule is exact but for the length of the normal, and that next to, any triangles do.
     if (any_place) {
@@ -415,46 +467,52 @@ void FixedIntegrals::add(const Facet& master, const ConvexPolygon& polygon, int 
         for (int i = 0; i < polygon.count; ++i)
             add_triangle(a, polygon[i], polygon[(i + 1) % polygon.count]);
     }
+    flush_(only);
 }
 
 void FixedIntegrals::end_facet()
 {
-    for (int only = -1; only < 4; ++only)
-        flush_(only);
-    const auto add = [&](int i, double area, const Vec3& n, const Vec3& y) {
+    Eigen::Matrix<double, 6, 2> in_plane = Eigen::Matrix<double, 6, 2>::Zero(); // of the nodes
+    for (int j = 0; j < face_.nodes; ++j)
+        in_plane.row(j) = face_.node[std::size_t(j)].head<2>();
+    const auto add = [&](int i, double area, const Vec3& n, const Vec2& z, double height) {
         const auto k = static_cast<std::size_t>(i);
         sums_->area[k] += area;
         sums_->normal[k] += n;
-        sums_->far[k] += area * plane_->origin + plane_->axes.transpose() * y;
+        sums_->far[k] +=
+            area * plane_->origin + plane_->axes.transpose() * Vec3(z.x(), z.y(), height);
     };
     const auto sum_of = [](const Many(&value)[3]) {
         return Vec3(value[0].sum(), value[1].sum(), value[2].sum());
     };
     if (has_dual_) {
         Eigen::Matrix<double, 6, 6> NN = Eigen::Matrix<double, 6, 6>::Zero();
-        Eigen::Matrix<double, 6, 3> Nn = Eigen::Matrix<double, 6, 3>::Zero(), Ny = Nn;
-        PerNode N = PerNode::Zero();
+        Eigen::Matrix<double, 6, 3> Nn = Eigen::Matrix<double, 6, 3>::Zero();
+        PerNode Nh = PerNode::Zero();
         const Many* product = dual_.NN;
         for (int i = 0; i < face_.nodes; ++i) {
             for (int j = i; j < face_.nodes; ++j)
                 NN(i, j) = NN(j, i) = (product++)->sum();
             Nn.row(i) = sum_of(dual_.Nn[i]);
-            Ny.row(i) = sum_of(dual_.Ny[i]);
-            N[i] = dual_.N[i].sum();
+            Nh[i] = dual_.Nh[i].sum();
         }
         const auto& F = multipliers_->functions;
-        sums_->slave += F * NN;
-        const Eigen::Vector4d area = F * N;
-        const Eigen::Matrix<double, 4, 3> n = F * Nn, y = F * Ny;
+        const Eigen::Matrix<double, 4, 6> slave = F * NN;
+        sums_->slave += slave;
+        const Eigen::Vector4d area = slave.rowwise().sum(), h = F * Nh;
+        const Eigen::Matrix<double, 4, 3> n = F * Nn;
+        const Eigen::Matrix<double, 4, 2> z = slave * in_plane;
         for (int i = 0; i < multipliers_->count; ++i)
-            add(i, area[i], n.row(i), y.row(i));
+            add(i, area[i], n.row(i), z.row(i), h[i]);
     }
     if (has_only_)
         for (int i = 0; i < multipliers_->count; ++i) {
             const ConstantMoments& c = only_[std::size_t(i)];
+            PerNode N = PerNode::Zero();
             for (int j = 0; j < face_.nodes; ++j)
-                sums_->slave(i, j) += c.N[j].sum();
-            add(i, c.area.sum(), sum_of(c.n), sum_of(c.y));
+                N[j] = c.N[j].sum();
+            sums_->slave.row(i) += N.transpose();
+            add(i, N.sum(), sum_of(c.n), in_plane.transpose() * N, c.h.sum());
         }
 }
 

@@ -25,11 +25,12 @@ struct PlaneTriangle {
     Eigen::Matrix2d slope, back;
     /// Reference coordinates of the plane's origin, and the place of theirs.
     Vec2 offset, origin;
+    /// Of six nodes: the place in the plane's frame over 1, a, b, a^2, b^2, a b, with the reference
+    /// coordinates a and b [m].
+    Vec3 place[6];
+    double stretch = 1; ///< area on the reference face per area of the plane [1/m^2]
 };
 
-/// As many points as are integrated at once, and a number of each.
-inline constexpr int kPointBlock = 8;
-using PerPoint = Eigen::Array<double, kPointBlock, 1>;
 /// The master's facet over the plane z of the slave's facet: at d = z - corner the height is
 /// height[0] + d . height[1..2], and the normal, but for its length, n[0] + d . n[1..2].
 struct MasterPlane {
@@ -41,28 +42,33 @@ struct MasterPlane {
     /// Height and its derivatives.
     Vec3 height;
 };
-/// Points of one facet that wait until there are enough to be integrated at once: their places
-/// in the plane, or for six nodes those of straight sides; on the slave's reference face for
-/// four nodes; weights; and the masters over the plane, each from one of the points on.
-struct WaitingPoints {
-    int count = 0; ///< points
-    int steps = 0; ///< of Newton's method from `xi` on, for four nodes
-    PerPoint z[2], xi[2], weight;
-    int masters = 0;
-    int from[kPointBlock];
-    MasterPlane master[kPointBlock];
-    PerPoint corner[2], n[3][3], height[3]; ///< of each point, from flush_
+/// As many points as are integrated at once, and a number of each.
+inline constexpr int kPointBlock = 4;
+using PerPoint = Eigen::Array<double, kPointBlock, 1>;
+/// Points over one facet of the master: their places in the plane, or for six nodes those of
+/// straight sides; for four nodes on the slave's reference face; and their weights.
+struct PolygonPoints {
+    static constexpr int kMost = 64; ///< then they are integrated
+    int count = 0;                   ///< points
+    int steps = 0;                   ///< of Newton's method from `xi` on, for four nodes
+    /// Places in the plane, or those of straight sides [m].
+    alignas(32) double z[2][kMost];
+    /// On the reference face.
+    alignas(32) double xi[2][kMost];
+    /// Area in the plane times the share of the functions [m^2].
+    alignas(32) double weight[kMost];
 };
-/// int N N^T (i <= j, row by row), int N n^T, int N y^T, int N, with the master's unit normal n
-/// and place y, each as sums of every eighth point.
+/// int N N^T (i <= j, row by row), int N n^T, int N h, with the master's unit normal n and height
+/// h, each as sums of every fourth point. As the functions sum to 1 and the place on the slave is
+/// that of its nodes with them, int N and int N z follow.
 struct DualMoments {
     /// As above, in this order.
-    PerPoint NN[21], Nn[6][3], Ny[6][3], N[6];
+    PerPoint NN[21], Nn[6][3], Nh[6];
 };
-/// The same where a function is 1, without N.
+/// The same where a function is 1, without its N.
 struct ConstantMoments {
-    /// As above, and the area.
-    PerPoint N[6], n[3], y[3], area;
+    /// As above.
+    PerPoint N[6], n[3], h;
 };
 
 /// Integrals of mortar_contacts over what faces of a slave share with a master that does not bend.
@@ -89,7 +95,7 @@ public:
 
 private:
     void set_master_(const Facet& master);
-    void add_point_(const Vec2& z, double weight, WaitingPoints& to, int only);
+    void add_points_(const PerPoint& x, const PerPoint& y, const PerPoint& weight, int count);
     void flush_(int only);
 
     const FixedShape& master_;
@@ -105,7 +111,7 @@ private:
     MasterPlane over_;
     PlaneQuadrilateral quadrilateral_;
     PlaneTriangle triangle_;
-    WaitingPoints waiting_[5]; ///< for the dual functions, and for those that are 1
+    PolygonPoints points_;
     DualMoments dual_;
     std::array<ConstantMoments, 4> only_;
     bool has_dual_ = false, has_only_ = false;

@@ -323,6 +323,12 @@ private:
             const double facing = facing_(segment);
             if (dual > 0) fixed_->add(*segment.master, segment.polygon, -1, facing * dual);
             for (int i = 0; i < multipliers.count && dual < 1; ++i) {
+                const Shared share = shared_with(own[std::size_t(i)], segment.polygon);
+                if (share == Shared::nothing) continue;
+                if (share == Shared::all) {
+                    fixed_->add(*segment.master, segment.polygon, i, facing * (1 - dual));
+                    break;
+                }
                 intersect(segment.polygon, own[std::size_t(i)], shared);
                 if (shared.count > 0) fixed_->add(*segment.master, shared, i, facing * (1 - dual));
             }

@@ -52,6 +52,25 @@ void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolyg
     if (out.count < 3) out.count = 0;
 }
 
+Shared shared_with(const ConvexPolygon& q, const ConvexPolygon& p)
+{
+    Shared shared = p.count == 0 ? Shared::nothing : Shared::all;
+    for (int k = 0; k < q.count && shared != Shared::nothing; ++k) {
+        const Vec2 &a = q[k], &b = q[k + 1 < q.count ? k + 1 : 0];
+        double least = twice_area(a, b, p[0]), most = least;
+        for (int i = 1; i < p.count; ++i) {
+            const double side = twice_area(a, b, p[i]);
+            least = std::min(least, side);
+            most = std::max(most, side);
+        }
+        if (!(most > 0))
+            shared = Shared::nothing;
+        else if (least < 0)
+            shared = Shared::part;
+    }
+    return shared;
+}
+
 bool cut_to(const ConvexPolygon& q, ConvexPolygon& p)
 {
     if (p.count == 0) return false;

@@ -44,6 +44,11 @@ Vec2 middle_of_outline(const ConvexPolygon& p);
 /// polygon that is full already loses a corner.
 void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolygon& out);
 
+/// What a polygon shares with another.
+enum class Shared { nothing, part, all };
+/// Of p with q, by the sides of q alone: `part` may turn out to be nothing.
+Shared shared_with(const ConvexPolygon& q, const ConvexPolygon& p);
+
 /// Replaces p by what it shares with q, cut by those sides alone that it crosses.
 /// @return  false if there is nothing; p is then of no meaning
 bool cut_to(const ConvexPolygon& q, ConvexPolygon& p);

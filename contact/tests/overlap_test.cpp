@@ -179,7 +179,7 @@ TEST_CASE("rigid shapes: closed forms of how deep one stands in the other wherev
             s.normal = to.turn * s.normal;
             return s;
         };
-        return deepest_in(a, at, nullptr, distance, all_space()).depth;
+        return deepest_in(a, at, nullptr, distance, {all_space()}).depth;
     };
     const Eigen::Quaterniond turned(Eigen::AngleAxisd(0.7, Vec3(1, 2, -1).normalized()));
     const auto pose = [&](const Vec3& x) { return Pose{turned * x + Vec3(3, -2, 1), turned}; };
@@ -205,7 +205,7 @@ TEST_CASE("rigid shapes: closed forms of how deep one stands in the other wherev
         s.normal = Vec3::UnitZ();
         return s;
     };
-    CHECK(deepest_in(bar, tilted, nullptr, plane, all_space()).depth ==
+    CHECK(deepest_in(bar, tilted, nullptr, plane, {all_space()}).depth ==
           doctest::Approx(0.004).epsilon(1e-6));
 }
 
@@ -238,10 +238,10 @@ TEST_CASE("what is known to be convex is measured at fewer places, and as deep")
             return s;
         };
         CAPTURE(k);
-        const double whole = deepest_in(box, at, nullptr, distance, all_space()).depth;
+        const double whole = deepest_in(box, at, nullptr, distance, {all_space()}).depth;
         const int all = std::exchange(samples, 0);
         const double depth =
-            deepest_in(box, at, nullptr, distance, all_space(), Inside::convex).depth;
+            deepest_in(box, at, nullptr, distance, {all_space()}, Inside::convex).depth;
         CHECK(std::abs(depth - whole) <= 1e-12);
         inside += whole > 0;
         known += samples < all;
@@ -271,7 +271,8 @@ TEST_CASE("shapes in a half-space by their support, as deep as their surface is"
         };
         CAPTURE(k);
         const ShapeOverlap found = deepest_below(shapes[k % 5], pose, on, normal);
-        const ShapeOverlap searched = deepest_in(shapes[k % 5], pose, nullptr, plane, all_space());
+        const ShapeOverlap searched =
+            deepest_in(shapes[k % 5], pose, nullptr, plane, {all_space()});
         CHECK(std::abs(found.depth - searched.depth) <= 1e-5); // of the search on an ellipsoid
         CHECK(found.depth >= searched.depth - 1e-14);
         if (!(found.depth > 0)) continue;

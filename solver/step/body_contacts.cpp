@@ -103,14 +103,23 @@ void append(const std::vector<BodyContact>& found, BodyContacts& out)
 /// How far a pair is searched, beyond what its bodies close in the step.
 double search_reach(const std::vector<BodyRef>& bodies, const ContactPair& p, bool dynamic)
 {
-    const auto triangles = [&](int b) {
-        return b >= 0 && bodies[std::size_t(b)].rigid &&
-               std::holds_alternative<TriangleShape>(bodies[std::size_t(b)].rigid->shape());
+    const auto shape = [&](int b) -> const RigidShape* {
+        const RigidBody* rigid = b >= 0 ? bodies[std::size_t(b)].rigid : nullptr;
+        return rigid ? &rigid->shape() : nullptr;
     };
-    const bool rigid =
-        bodies[std::size_t(p.a)].rigid && (p.b < 0 || bodies[std::size_t(p.b)].rigid);
+    const auto triangles = [&](int b) {
+        return shape(b) && std::holds_alternative<TriangleShape>(*shape(b));
+    };
+    // Each contact of corners, edges and faces, and of a ball, is one whatever the reach.
+    const auto alone = [&](int b) {
+        return triangles(b) || (shape(b) && (std::holds_alternative<Box>(*shape(b)) ||
+                                             std::holds_alternative<Ball>(*shape(b))));
+    };
+    const bool rigid = shape(p.a) && (p.b < 0 || shape(p.b));
     if (!dynamic || !rigid || !(triangles(p.a) || triangles(p.b))) return p.reach;
-    return std::max(std::min(p.margin, p.reach), kReachInMotion * p.reach);
+    const double least = std::min(p.margin, p.reach);
+    if (alone(p.a) && (p.b < 0 ? p.plane.has_value() : alone(p.b))) return least;
+    return std::max(least, kReachInMotion * p.reach);
 }
 
 } // namespace
@@ -457,10 +466,11 @@ void ContactFinder::find_pair(const std::vector<BodyRef>& bodies, int pair, Body
     append(rigid_on_rigid(bodies, pair, reach_), out);
 }
 
-void ContactFinder::find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out)
+void ContactFinder::find_rigid(const std::vector<BodyRef>& bodies, int pair, double reach,
+                               BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
-    reach_ = p.reach + most_closed(p.a) + most_closed(p.b);
+    reach_ = std::min(reach, p.reach + most_closed(p.a) + most_closed(p.b));
     const auto first = out.contact.size();
     if (p.b < 0)
         rigid_on_wall(bodies, pair, out);

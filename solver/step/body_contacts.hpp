@@ -245,7 +245,8 @@ public:
 
     /// Contacts of a pair that find() has found, of rigid bodies or one and an obstacle, at the
     /// iterate.
-    void find_rigid(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
+    /// @param reach  no gap of a contact that is sought is larger now [m]
+    void find_rigid(const std::vector<BodyRef>& bodies, int pair, double reach, BodyContacts& out);
 
     /// Overlaps at the iterate, measured on the surfaces, independently of the contacts found.
     /// @param small_too  include pairs with small sliding (contacts of the start)

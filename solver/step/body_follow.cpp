@@ -224,18 +224,36 @@ void BodyStepper::refine()
 
 namespace {
 
+/// No point of the body moves farther in the step [m].
+double most_moved(const RigidBody& body)
+{
+    BodyPlace centre, turn;
+    centre.point = body.centre();
+    turn.turns = true;
+    return body.displacement(centre).norm() + 2 * body.size() * body.displacement(turn).norm();
+}
+
 /// No point of the body moves by more than rounding in the step.
 bool is_still(const RigidBody& body)
 {
     constexpr double kRounding = 1e-11; // of its size
-    BodyPlace centre, turn;
-    centre.point = body.centre();
-    turn.turns = true;
-    return body.displacement(centre).norm() + 2 * body.size() * body.displacement(turn).norm() <=
-           kRounding * body.size();
+    return most_moved(body) <= kRounding * body.size();
 }
 
 } // namespace
+
+/// Bound of the gaps that the contacts of a pair of rigid bodies have now [m].
+double BodyStepper::farthest_gap(int pair) const
+{
+    constexpr double kTurned = 2; // of the motion: the places that touch, and the normal's turn
+    double farthest = 0;
+    for (std::size_t i = 0; i < list_.contact.size(); ++i)
+        if (list_.contact[i].pair == pair) farthest = std::max(farthest, contacts_on_[i].gap);
+    const ContactPair& p = system_.finder.pairs()[std::size_t(pair)];
+    for (const int b : {p.a, p.b})
+        if (b >= 0) farthest += kTurned * most_moved(*system_.refs[std::size_t(b)].rigid);
+    return farthest;
+}
 
 /// Contacts between rigid bodies are found at the iterate, others move with their bodies, and so do
 /// those of bodies at rest, which are what they were at the start.
@@ -259,7 +277,7 @@ void BodyStepper::follow_to_end()
         }
         pair = c.pair;
         BodyContacts of_pair;
-        system_.finder.find_rigid(system_.refs, pair, of_pair);
+        system_.finder.find_rigid(system_.refs, pair, farthest_gap(pair), of_pair);
         for (const BodyContact& k : of_pair.contact)
             found.emplace(BodySystem::Key{k.pair, k.id}, k);
     }

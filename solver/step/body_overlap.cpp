@@ -394,15 +394,14 @@ std::optional<BodyOverlap> ContactFinder::overlap_with_obstacle(const std::vecto
 {
     const RigidBody& rigid = *bodies[std::size_t(p.a)].rigid;
     const Pose pose = pose_of(rigid.placement());
-    const FacetedSurface* facets = facets_if_triangles(bodies, p.a);
     ShapeOverlap deepest;
-    if (p.plane && !facets) {
+    if (p.plane) {
         deepest = deepest_below(rigid.shape(), pose, p.plane->place, p.plane->turn * Vec3::UnitZ());
     } else {
         const auto distance = distance_from_obstacle(p);
         if (distance(pose.place).distance > bounding_radius(rigid.shape())) return {};
-        deepest = deepest_in(rigid.shape(), pose, facets, distance, everywhere(),
-                             p.plane ? Inside::convex : Inside::any);
+        deepest = deepest_in(rigid.shape(), pose, facets_if_triangles(bodies, p.a), distance,
+                             {everywhere()});
     }
     auto o = overlap_of_shapes(deepest, [&] { return thickness(bodies, p.a); });
     if (!o) return {};
@@ -416,12 +415,25 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
 {
     const RigidBody *one = bodies[std::size_t(a)].rigid, *two = bodies[std::size_t(b)].rigid;
     if (!one || !two) return {};
+    // Triangles are many: of them those alone that reach into the half-space around the other.
+    const auto around = [&](const RigidBody& own, int from, const RigidBody& other, int to) {
+        const AxisBox &box = boxes_[std::size_t(to)], &own_box = boxes_[std::size_t(from)];
+        Surroundings near{as_bounding(box)};
+        if (!std::holds_alternative<TriangleShape>(own.shape())) return near;
+        const Vec3 way = (own_box.low + own_box.high) - (box.low + box.high);
+        if (!(way.allFinite() && way.norm() > 0)) return near;
+        const auto highest =
+            lowest_place(other.shape(), pose_of(other.placement()), -way.normalized());
+        if (!highest) return near;
+        near.way = way.normalized();
+        near.most = near.way.dot(*highest);
+        return near;
+    };
     ShapeOverlap deepest;
     const auto measure = [&](int from, const RigidBody& own, int to, const RigidBody& other) {
-        const ShapeOverlap found =
-            deepest_in(own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
-                       distance_from(other, other.placement()),
-                       as_bounding(boxes_[std::size_t(to)]), inside_of(other));
+        const ShapeOverlap found = deepest_in(
+            own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
+            distance_from(other, other.placement()), around(own, from, other, to), inside_of(other));
         if (found.depth > deepest.depth) deepest = found;
     };
     // The distance of a ball's centre is exact.

@@ -105,7 +105,8 @@ Eigen::MatrixXd BodyStepper::rolling_stiffness()
     const auto loads = [&](int pair) {
         found.contact.clear();
         found.stencil.clear();
-        system_.finder.find_rigid(system_.refs, pair, found);
+        system_.finder.find_rigid(system_.refs, pair, std::numeric_limits<double>::infinity(),
+                                  found);
         Eigen::VectorXd on = Eigen::VectorXd::Zero(modes);
         for (const BodyContact* k : of_pair.at(pair)) {
             const auto at = std::ranges::find(found.contact, k->id, &BodyContact::id);

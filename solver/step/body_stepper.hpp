@@ -86,6 +86,7 @@ private:
     bool close(const Eigen::VectorXd& u);
     void refine();
     void follow_to_end();
+    double farthest_gap(int pair) const;
     double of_turn(const Coupling& coupling, const CouplingRow& row, double before) const;
     void find_joints();
     void store_joints();

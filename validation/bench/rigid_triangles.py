@@ -108,6 +108,13 @@ def on_rigid(shape):
                 "dynamic", [0, 0, -9.81])
 
 
+def under_named(shape):
+    """The same of a ball by name over one of triangles."""
+    s = on_rigid(shape)
+    s["bodies"]["ball"]["shape"] = {"generate": "ball", "radius": 0.02}
+    return s
+
+
 def on_box(shape):
     """A ball that falls on a rigid box, and rolls."""
     bed = {"kind": "rigid", "shape": {"generate": "box", "size": [0.2, 0.2, 0.02]}, "drive": {"z": [[0, 0], [1, 0]]},
@@ -182,7 +189,8 @@ def main():
     scenes = [("ball on H8 block", on_block, named_ball),
               ("ball on T4 block", lambda s: on_block(s, element="T4"), named_ball),
               ("ball on T10 block", lambda s: on_block(s, (6, 6, 3), "T10"), named_ball),
-              ("ball on rigid ball", on_rigid, named_ball), ("ball on rigid box", on_box, named_ball),
+              ("ball on rigid ball", on_rigid, named_ball),
+              ("ball by name on rigid ball", under_named, named_ball), ("ball on rigid box", on_box, named_ball),
               ("ball on plane", on_plane, named_ball), ("ball on rod", on_rod, named_ball),
               ("head in canal", in_canal, named_head), ("box on H8 block", box_on_block, named_box)]
     print("scene,triangles,named_s,triangles_s,set_up_s,ratio,steps,outcome", flush=True)
