@@ -142,8 +142,9 @@ bool BodyStepper::check_end_of_step()
     const auto number_now = [&](std::size_t i) {
         const int before = rows_.chosen[i];
         if (step_.dynamic || (before < int(value_.size()) && key(before) == keys[i])) return before;
-        for (int c = 0; c < int(value_.size()) && now.empty(); ++c)
-            now[key(c)] = c;
+        if (now.empty()) // once
+            for (int c = 0; c < int(value_.size()); ++c)
+                now[key(c)] = c;
         const auto at = now.find(keys[i]);
         return at == now.end() ? -1 : at->second;
     };
