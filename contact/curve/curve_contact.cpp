@@ -129,6 +129,39 @@ std::vector<double> spacings(const Curve& c, std::span<const CurvePlace> station
     return out;
 }
 
+/// Where a function that is below 0 at a, and not at b, passes through 0, to 1e-15: by regula
+/// falsi with halved ends (Illinois); where that has not halved the interval in three values (at a
+/// jump), by its middle.
+template <class Function>
+double root(double a, double at_a, double b, double at_b, Function&& value)
+{
+    if (at_b == 0) return b;
+    double width = b - a; // three values ago
+    for (int i = 0, side = 0; b - a > 1e-15; ++i) {
+        double t = a + (b - a) * at_a / (at_a - at_b);
+        if (i % 4 == 3) {
+            if (b - a > 0.5 * width) t = 0.5 * (a + b);
+            width = b - a;
+        }
+        if (!(t > a && t < b)) t = 0.5 * (a + b);
+        if (!(t > a && t < b)) break; // neighbours
+        const double v = value(t);
+        if (v == 0) return t;
+        if (v < 0) {
+            a = t;
+            at_a = v;
+            if (side < 0) at_b *= 0.5;
+            side = -1;
+        } else {
+            b = t;
+            at_b = v;
+            if (side > 0) at_a *= 0.5;
+            side = 1;
+        }
+    }
+    return 0.5 * (a + b);
+}
+
 /// Sine of the angle between two lines.
 double sine(const Vec3& a, const Vec3& b)
 {
@@ -347,19 +380,24 @@ std::vector<CurvePlace> stations(const Curve& curve, double spacing)
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out,
-                   std::size_t first, std::vector<SeenDistance>* seen)
+                   std::size_t first, std::vector<SeenDistance>* seen,
+                   const std::function<double(const Vec3&)>& clearance)
 {
     // ---- Distance and contact at a place
     struct Found {
         WallSample wall;
         double gap;
+        Vec3 x;
         bool bound = false; // the gap is no less than this
+    };
+    const auto search_at = [&](const CurvePiece& piece, const Vec3& x) {
+        Found f{surface(x), 0, x};
+        f.gap = f.wall.distance - piece.radius;
+        return f;
     };
     const auto search = [&](const CurvePlace& p) {
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
-        Found f{surface(piece.at(p.t)), 0};
-        f.gap = f.wall.distance - piece.radius;
-        return f;
+        return search_at(piece, piece.at(p.t));
     };
     const auto add = [&](const CurvePlace& p, const Found& f, std::int64_t id, bool slides) {
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
@@ -376,26 +414,31 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
     };
 
     // ---- Stations
-    std::vector<Found> at(stations.size());
+    std::vector<Found> found(stations.size() - first); // from `first` on
+    const auto at = [&](std::size_t i) -> Found& { return found[i - first]; };
     if (seen) seen->resize(stations.size());
     const auto visit_place = [&](std::size_t i) {
-        at[i] = search(stations[i]);
-        if (!seen) return;
-        const CurvePlace& p = stations[i];
-        (*seen)[i] = {a.pieces[std::size_t(p.piece)].at(p.t), at[i].wall.distance};
+        at(i) = search_at(a.pieces[std::size_t(stations[i].piece)], at(i).x);
+        if (seen) (*seen)[i] = {at(i).x, at(i).wall.distance};
     };
     for (std::size_t i = first; i < stations.size(); ++i) {
+        const CurvePiece& piece = a.pieces[std::size_t(stations[i].piece)];
+        at(i).x = piece.at(stations[i].t);
         if (seen) {
             const SeenDistance& s = (*seen)[i];
-            const CurvePiece& piece = a.pieces[std::size_t(stations[i].piece)];
-            at[i].gap =
-                s.distance - kSteepestWall * (piece.at(stations[i].t) - s.at).norm() - piece.radius;
-            at[i].bound = at[i].gap > reach;
+            at(i).gap = s.distance - kSteepestWall * (at(i).x - s.at).norm() - piece.radius;
+            at(i).bound = at(i).gap > reach;
         }
-        if (!at[i].bound) visit_place(i);
+        if (!at(i).bound && clearance) {
+            const double clear = clearance(at(i).x);
+            at(i).gap = clear - piece.radius;
+            at(i).bound = at(i).gap > reach;
+            if (at(i).bound && seen) (*seen)[i] = {at(i).x, clear};
+        }
+        if (!at(i).bound) visit_place(i);
     }
     for (std::size_t i = first; i < stations.size(); ++i)
-        if (at[i].gap <= reach) add(stations[i], at[i], std::int64_t(i), false);
+        if (at(i).gap <= reach) add(stations[i], at(i), std::int64_t(i), false);
 
     // ---- Places of least distance between stations
     // Between two stations: where the distance stops falling and begins to grow.
@@ -404,8 +447,12 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         const CurvePlace p = stations[i], next = stations[(i + 1) % stations.size()];
         const CurvePiece& piece = a.pieces[std::size_t(p.piece)];
         const double end = next.piece == p.piece && next.t > p.t ? next.t : 1;
-        const Found &f0 = at[i], &f1 = at[(i + 1) % stations.size()];
-        const double length = (piece.at(end) - piece.at(p.t)).norm();
+        const Found &f0 = at(i), &f1 = at((i + 1) % stations.size());
+        // The next station is at this piece's end, or elsewhere.
+        const bool ends_there = next.piece == p.piece
+                                    ? next.t == end
+                                    : next.t == 0 && next.piece == (p.piece + 1) % pieces(a);
+        const double length = ((ends_there ? f1.x : piece.at(end)) - f0.x).norm();
         const auto apart = [&] { return 0.5 * (f0.gap + f1.gap - 1.1 * length) > reach; };
         if (apart()) continue;
         if (f0.bound || f1.bound) {
@@ -419,19 +466,15 @@ void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
         };
         constexpr int kParts = 6;
         Found f;
-        double t0 = p.t, s0 = slope(t0, f);
+        double t0 = p.t, s0 = f0.wall.normal.dot(piece.slope(p.t));
         std::optional<CurvePlace> best;
         Found best_found;
         for (int k = 1; k <= kParts; ++k) {
             const double t1 = p.t + (end - p.t) * k / kParts;
-            const double s1 = slope(t1, f);
-            if (s0 < 0 && s1 > 0) {
-                double low = t0, high = t1;
-                for (int j = 0; j < 60 && high - low > 1e-15; ++j) {
-                    const double middle = 0.5 * (low + high);
-                    (slope(middle, f) < 0 ? low : high) = middle;
-                }
-                const double t = 0.5 * (low + high);
+            const double s1 =
+                k == kParts && ends_there ? f1.wall.normal.dot(piece.slope(t1)) : slope(t1, f);
+            if (s0 < 0 && s1 >= 0) {
+                const double t = root(t0, s0, t1, s1, [&](double at) { return slope(at, f); });
                 const Found here = search({p.piece, t});
                 if (!best || here.gap < best_found.gap) {
                     best = CurvePlace{p.piece, t};

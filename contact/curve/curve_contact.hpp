@@ -89,11 +89,15 @@ struct SeenDistance {
 /// @param first  stations before it are left out
 /// @param seen   of a surface that stands still and is no steeper than a wall: what is known of it
 ///               from earlier calls. The result is the same without.
+/// @param clearance  a lower bound of the distance that costs less, or none [m]; it may be
+/// -infinity.
+///               The result is the same without.
 /// @param reach  largest gap of a contact [m]
 void touch_surface(const Curve& a, std::span<const CurvePlace> stations,
                    const std::function<WallSample(const Vec3&)>& surface, double reach,
                    std::span<const std::int64_t> known, std::vector<CurveContact>& out,
-                   std::size_t first = 0, std::vector<SeenDistance>* seen = nullptr);
+                   std::size_t first = 0, std::vector<SeenDistance>* seen = nullptr,
+                   const std::function<double(const Vec3&)>& clearance = {});
 
 /// Appends contacts of two curves, or of one with itself (&a == &b), of gap <= reach. A curve
 /// touches itself where its arc between is longer than three radii. What lies between stations

@@ -79,8 +79,11 @@ void add_special(const RodModel& rod, const std::vector<BeamNode>& nodes, int e,
 std::array<double, 6> rod_strain(const RodModel& rod, const std::vector<BeamNode>& nodes,
                                  RodElement, int e)
 {
+    const double length = rod.law[std::size_t(e)].length;
+    if (rod.corners.empty())
+        return element_strain(nodes[std::size_t(e)], nodes[std::size_t(rod.second(e))], length);
     const ElementEnds k = ends_of(rod, nodes, e);
-    return element_strain(k.node[0], k.node[1], rod.law[std::size_t(e)].length);
+    return element_strain(k.node[0], k.node[1], length);
 }
 
 std::array<double, 6> rod_resultants(const RodModel& rod, const std::vector<BeamNode>& nodes,

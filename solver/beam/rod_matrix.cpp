@@ -2,6 +2,8 @@
 
 #include "mesh/base/dense.hpp"
 
+#include <algorithm>
+
 namespace amontons {
 namespace {
 
@@ -43,9 +45,11 @@ RodMatrix::RodMatrix(int nodes, bool closed)
 {
 }
 
-void RodMatrix::set_zero()
+void RodMatrix::set_zero(int first)
 {
+    chain.set_first(closed_ ? 0 : std::max(first - 1, 0));
     chain.set_zero();
+    chain.set_first(0);
     first_with_last = last_with_first = Block6{};
 }
 
@@ -100,14 +104,14 @@ void RodMatrix::solve(std::vector<Node6>& x) const
             x[i].column -= splat6(first[j]) * Z_[std::size_t(j)][i].column;
 }
 
-void RodMatrix::multiply(const std::vector<Node6>& x, std::vector<Node6>& out) const
+void RodMatrix::multiply(const std::vector<Node6>& x, std::vector<Node6>& out, int first) const
 {
     const int n = chain.size();
     out.assign(std::size_t(n), Node6{});
-    for (int i = 0; i < n; ++i) {
+    for (int i = first; i < n; ++i) {
         const std::size_t k = std::size_t(i);
         out[k].column = amontons::multiply(chain.diagonal(i), x[k]);
-        if (i > 0) out[k].column += amontons::multiply(chain.lower(i - 1), x[k - 1]);
+        if (i > first) out[k].column += amontons::multiply(chain.lower(i - 1), x[k - 1]);
         if (i + 1 < n) out[k].column += amontons::multiply(chain.upper(i), x[k + 1]);
     }
     if (!closed_) return;

@@ -27,7 +27,9 @@ public:
     Block6 first_with_last, last_with_first; ///< of a closed rod
 
     /// Sets all blocks to zero.
-    void set_zero();
+    /// @param first  of a rod that is not closed: those that couple nodes before it with one another
+    ///               stay as they are
+    void set_zero(int first = 0);
     /// Multiplies all blocks by a factor.
     void scale(double by);
     /// Factors the matrix.
@@ -37,7 +39,8 @@ public:
     /// Solves in place with the last factors.
     void solve(std::vector<Node6>& x) const;
     /// out = A x
-    void multiply(const std::vector<Node6>& x, std::vector<Node6>& out) const;
+    /// @param first  nodes before it are left out: zero in `out`
+    void multiply(const std::vector<Node6>& x, std::vector<Node6>& out, int first = 0) const;
 
 private:
     bool closed_;

@@ -252,6 +252,7 @@ void RodBody::begin(const StepInput& step)
 {
     step_ = step;
     whole_matrix_ = false;
+    held_size_ = -1;
     if (material_) step.dynamic ? begin_motion_at_sheath() : begin_at_sheath();
     now_ = state_;
     expected_.clear();
@@ -275,7 +276,7 @@ bool RodBody::reset_to_start()
 void RodBody::forces(const Motion& m, double t, std::vector<Node6>& inner, std::vector<Node6>& load)
 {
     whole_matrix_ = false;
-    K_.set_zero();
+    K_.set_zero(material_ && !step_.dynamic ? sheath_.node : 0);
     inner.assign(m.nodes.size(), Node6{});
     load.assign(m.nodes.size(), Node6{});
     add_rod_elements(rod_, m.nodes, kind_, K_, inner, material_ ? sheath_.node : 0);
@@ -344,12 +345,21 @@ void RodBody::hold_matrix(RodMatrix& A, int first) const
 Eigen::VectorXd RodBody::projected(const Eigen::VectorXd& f) const
 {
     Eigen::VectorXd p = f;
+    const int first = first_outside();
+    p.head(6 * first).setZero();
     for (const Held& h : held_)
-        p.segment<6>(6 * h.node) = h.free * Vec6(p.segment<6>(6 * h.node));
+        if (h.node >= first) p.segment<6>(6 * h.node) = h.free * Vec6(p.segment<6>(6 * h.node));
     return p;
 }
 
 void RodBody::linearise()
+{
+    set_up_system();
+    negative_ = K_.factor(first_outside());
+    free_change_ = solve(right_) + prescribed_;
+}
+
+void RodBody::set_up_system()
 {
     if (step_.dynamic || !whole_matrix_) held_ = held_at(now_, step_.end()); // else imbalance() did
     if (step_.dynamic) {
@@ -367,7 +377,7 @@ void RodBody::linearise()
     add_contact_stiffness(rest);
     if (!move.isZero(0)) {
         std::vector<Node6> Kd;
-        K_.multiply(as_nodes(move), Kd);
+        K_.multiply(as_nodes(move), Kd, first_outside());
         rest -= as_vector(Kd);
     }
     if (material_ && step_.dynamic) lead_base(rest);
@@ -378,10 +388,20 @@ void RodBody::linearise()
         if (compliant_in_sheath()) stiffness_at_sheath(b);
     }
     hold_matrix(K_, first_outside());
-    negative_ = K_.factor(first_outside());
-    free_change_ = solve(rest) + move;
+    negative_ = -1;
     right_ = projected(rest);
     prescribed_ = std::move(move);
+}
+
+/// At rest: the tangent of the iterate, not of the one before: it shows stability.
+void RodBody::factor_at_iterate()
+{
+    forces_at_iterate();
+    Eigen::VectorXd unused = residual_;
+    add_contact_stiffness(unused);
+    if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
+    hold_matrix(K_, first_outside());
+    negative_ = K_.factor(first_outside());
 }
 
 Eigen::VectorXd RodBody::solve(const Eigen::VectorXd& force)
@@ -400,16 +420,25 @@ void RodBody::compliance(const SparseColumns& C, Eigen::MatrixXd& W)
     W = 0.5 * (W + W.transpose()).eval();
 }
 
-double RodBody::force_size(const Motion& m, const std::vector<Node6>& load) const
+double RodBody::force_size(const Motion& m, const std::vector<Node6>& load)
 {
     double most = 0;
     const auto take = [&](const Vec3& force, const Vec3& moment) {
         most = std::max({most, force.norm(), moment.norm() / size_});
     };
-    for (int e = 0; e < rod_.element_count(); ++e) {
-        const std::array<double, 6> f = rod_resultants(rod_, m.nodes, kind_, e);
-        take({f[0], f[1], f[2]}, {f[3], f[4], f[5]});
+    const auto take_elements = [&](int from, int to) {
+        for (int e = from; e < to; ++e) {
+            const std::array<double, 6> f = rod_resultants(rod_, m.nodes, kind_, e);
+            take({f[0], f[1], f[2]}, {f[3], f[4], f[5]});
+        }
+    };
+    // In the sheath it stays straight, and its twist hardly changes in a step.
+    if (held_size_ < 0 || step_.dynamic) {
+        take_elements(0, first_outside());
+        held_size_ = most;
     }
+    most = held_size_;
+    take_elements(first_outside(), rod_.element_count());
     for (const Node6& n : load)
         take(view(n).head<3>(), view(n).tail<3>());
     return most;
@@ -503,23 +532,17 @@ BodyEnergy RodBody::accept(const Eigen::VectorXd& force)
     acting_ = acting;
     if (step_.dynamic) {
         e.dissipated = end_memory();
-    } else { // the tangent of what is accepted, not of the iterate before: it shows stability
+    } else {
         e.dissipated = taken_by_drag();
-        forces_at_iterate();
-        Eigen::VectorXd unused = residual_;
-        add_contact_stiffness(unused);
-        if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));
-        hold_matrix(K_, first_outside());
-        negative_ = K_.factor(first_outside());
+        factor_at_iterate();
         stable_ = negative_ == 0;
     }
     state_ = now_;
-    energy_ = rod_energy(rod_, state_.nodes, kind_, material_ ? sheath_.node : 0);
+    e.elastic = rod_energy(rod_, state_.nodes, kind_, material_ ? sheath_.node : 0);
     if (material_) {
-        energy_ += energy_in_sheath();
+        e.elastic += energy_in_sheath();
         accepted_ = {sheath_, state_.nodes, state_.velocity, acting_};
     }
-    e.elastic = energy_;
     e.kinetic = kinetic_energy();
     return e;
 }
@@ -550,6 +573,7 @@ std::vector<std::array<Vec3, 2>> RodBody::reactions() const
 std::vector<double> RodBody::frequencies(int count)
 {
     std::vector<Node6> inner, load;
+    K_.set_zero();
     forces(now_, step_.end(), inner, load);
     held_ = held_at(now_, step_.end());
     if (compliant_in_sheath()) stiffness_at_sheath(sheath_balance(now_, step_.end(), true));

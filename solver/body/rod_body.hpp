@@ -12,6 +12,9 @@
 
 namespace amontons {
 
+/// Rows on the two nodes of an element, as columns.
+using Mat12x3 = Eigen::Matrix<double, 12, 3>;
+
 /// A contact force on a rod at the last iterate, known before linearise().
 struct ContactLoad {
     /// Where the force acts.
@@ -104,6 +107,8 @@ public:
     bool holds(const CurvePlace& at, const Vec3& direction) const;
     double least_radius() const;  ///< of its segments [m]
     double contact_reach() const; ///< search distance of its contacts [m]
+    /// What the next iteration can reach [m]: of a rod that its feed alone moves; else infinity.
+    double reach_of_iteration() const;
     /// The stations of its contacts (contact/curve/curve_contact.hpp).
     const std::vector<CurvePlace>& stations() const { return stations_; }
     /// The same with all elements of full length, as away from the end of a sheath.
@@ -121,7 +126,7 @@ public:
     void note_negative(int count) { negative_ = count; }
     /// True if its lateral stiffness is by tension, not bending, and the tangent at the iterate has
     /// negative eigenvalues, while it had none at the start of the step.
-    bool slip_is_unbalanced() const;
+    bool slip_is_unbalanced();
     /// Names of the rigid motions that no hold prevents.
     std::vector<std::string> free_motions() const;
     /// For rods that only contacts keep from moving: each Newton step at rest is made with a spring
@@ -157,6 +162,8 @@ public:
     Line line(const BodyPlace& at) const;
     /// Derivative of (direction . motion of the place) by the displacements of its two nodes.
     Vec12 row(const BodyPlace& at, const Vec3& direction) const;
+    /// The same along three directions, columns of `frame`; of a contact's place.
+    Mat12x3 rows(const BodyPlace& at, const Mat3& frame) const;
     /// Geometric stiffness -(dJ/dy)^T f of a force f on the centreline that is fixed in space.
     Mat12 force_stiffness(const BodyPlace& at, const Vec3& force) const;
     /// EI / l^3 of an element [N/m].
@@ -202,6 +209,9 @@ public:
     void begin(const StepInput& step) override;
     bool reset_to_start() override;
     void linearise() override;
+    /// The system of linearise() alone, which is neither factored nor solved: free_change(),
+    /// solve() and negative() are not those of the iterate then.
+    void set_up_system();
     void add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,
                     std::vector<Eigen::Triplet<double>>& out) const override;
     Vec3 displacement(const BodyPlace& at) const override;
@@ -289,14 +299,18 @@ private:
     /// Tension holds it at the iterate, and not bending.
     bool is_taut() const;
     void hold_matrix(RodMatrix& A, int first) const;
+    void factor_at_iterate();
     void move_nodes(Motion& m, const Eigen::VectorXd& y);
     void unroll(Motion& m, const Eigen::VectorXd& y);
     void note_motion(const std::vector<BeamNode>& before, const Eigen::VectorXd& y);
     double safe_share(const Motion& m, const Eigen::VectorXd& y) const;
     Eigen::VectorXd projected(const Eigen::VectorXd& f) const;
-    double floor() const; ///< round-off of forces [N]
-    double force_size(const Motion& m, const std::vector<Node6>& load) const; ///< [N]
+    double floor() const;                                               ///< round-off of forces [N]
+    double force_size(const Motion& m, const std::vector<Node6>& load); ///< [N]
     Mat3 section(const Motion& m, int element, double xi) const;
+    template <int Count>
+    Eigen::Matrix<double, 12, Count>
+    rows_along(const BodyPlace& at, const Eigen::Matrix<double, 3, Count>& directions) const;
     Curve curve_of(const Motion& m) const;
     AxisBox box_of(const std::vector<BeamNode>& nodes) const;
     void add_contact_stiffness(Eigen::VectorXd& rest);
@@ -427,8 +441,8 @@ private:
     double drag_ = 0;               ///< [N/m^2]
     double anchor_ = 0;             ///< per length [N/m^2]; 0: holds hold it
     std::vector<Vec6> drag_before_; ///< its forces at the end of the step before
-    int negative_ = 0;
-    double energy_ = 0;
+    int negative_ = 0;              ///< -1: not counted at the iterate
+    double held_size_ = -1; ///< of forces in the sheath, at rest, in this step [N]; < 0: not known
 
     struct Memory { // of the generalised-alpha rule
         bool begun = false;

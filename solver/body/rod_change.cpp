@@ -22,7 +22,7 @@ constexpr double kTaut = 1e3;       // tension times length squared of EI: a rop
 double RodBody::safe_share(const Motion& m, const Eigen::VectorXd& y) const
 {
     double most = 0;
-    for (int e = 0; e < rod_.element_count(); ++e) {
+    for (int e = std::max(first_outside() - 1, 0); e < rod_.element_count(); ++e) {
         const std::size_t a = std::size_t(e), b = std::size_t(rod_.second(e));
         const Vec3 turn = rotation_matrix(m.nodes[b].q) * y.segment<3>(at6(b) + 3) -
                           rotation_matrix(m.nodes[a].q) * y.segment<3>(at6(a) + 3);
@@ -36,7 +36,8 @@ void RodBody::move_nodes(Motion& m, const Eigen::VectorXd& y)
     for (std::size_t i = 0; i < m.nodes.size(); ++i) {
         for (int k = 0; k < 3; ++k)
             m.nodes[i].move(k, y[at6(i) + k]);
-        rotate_in_body(m.nodes[i].q, y.segment<3>(at6(i) + 3));
+        const Vec3 turn = y.segment<3>(at6(i) + 3);
+        if (!turn.isZero(0)) rotate_in_body(m.nodes[i].q, turn);
         moved_[i] += y.segment<6>(at6(i));
     }
 }

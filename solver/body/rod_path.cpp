@@ -34,6 +34,7 @@ int RodBody::path_step(double length, double first, double end, double tolerance
     step.start = begin;
     step.gravity = gravity;
     RodBody::begin(step);
+    K_.set_zero();
     Eigen::VectorXd done = Eigen::VectorXd::Zero(unknowns());
     double target = length;
     bool last = false; // to the end: the time is no unknown

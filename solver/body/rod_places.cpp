@@ -39,13 +39,15 @@ Curve RodBody::curve_of(const Motion& m) const
     c.pieces.reserve(std::size_t(rod_.element_count()));
     c.start.reserve(std::size_t(rod_.element_count()) + 1);
     c.start.push_back(0);
+    Mat3 before = rotation_matrix(nodes[0].q);
     for (int e = 0; e < rod_.element_count(); ++e) {
         const BeamNode &a = nodes[std::size_t(e)], &b = nodes[std::size_t(rod_.second(e))];
         const double L = grows(e) ? first_length(m.end) : rod_.law[std::size_t(e)].length;
-        c.pieces.push_back(
-            {a.position(), b.position(), L * (rotation_matrix(a.q) * rod_.axis(e, 0)),
-             L * (rotation_matrix(b.q) * rod_.axis(e, 1)), rod_.radius[std::size_t(e)]});
+        const Mat3 behind = rotation_matrix(b.q);
+        c.pieces.push_back({a.position(), b.position(), L * (before * rod_.axis(e, 0)),
+                            L * (behind * rod_.axis(e, 1)), rod_.radius[std::size_t(e)]});
         c.start.push_back(c.start.back() + L);
+        before = behind; // elements follow each other
     }
     return c;
 }
@@ -143,10 +145,7 @@ bool RodBody::holds(const CurvePlace& at, const Vec3& direction) const
 
 double RodBody::least_radius() const
 {
-    double least = std::numeric_limits<double>::infinity();
-    for (const CurvePiece& p : curve().pieces)
-        least = std::min(least, p.radius);
-    return least;
+    return *std::min_element(rod_.radius.begin(), rod_.radius.end());
 }
 
 double RodBody::contact_reach() const
@@ -155,6 +154,21 @@ double RodBody::contact_reach() const
     for (const ElementLaw& law : rod_.law)
         longest = std::max(longest, law.length);
     return 2 * *std::max_element(rod_.radius.begin(), rod_.radius.end()) + 0.25 * longest;
+}
+
+double RodBody::reach_of_iteration() const
+{
+    constexpr double kOfRadius = 1.35, kOfWay = 1.5;
+    const bool fed_alone = material_ && !step_.dynamic && loads_.empty() && drag() == 0 &&
+                           step_.gravity.isZero(0) &&
+                           std::ranges::all_of(holds_, [](const Hold& h) {
+                               return h.nodes[0] == 0; // in the sheath
+                           });
+    if (!fed_alone) return std::numeric_limits<double>::infinity();
+    const double way = std::max({std::abs(sheath_.fed - accepted_.end.fed), largest_motion(),
+                                 std::isfinite(last_motion_) ? last_motion_ : 0.0});
+    const double thickest = *std::max_element(rod_.radius.begin(), rod_.radius.end());
+    return std::max(kOfRadius * thickest, kOfWay * way);
 }
 
 void RodBody::set_contact_forces(std::span<const ContactLoad> loads)
@@ -222,9 +236,11 @@ void RodBody::add_contact_stiffness(Eigen::VectorXd& rest)
     }
 }
 
-bool RodBody::slip_is_unbalanced() const
+bool RodBody::slip_is_unbalanced()
 {
-    return negative_ > 0 && stable_ && is_taut();
+    if (negative_ == 0 || !stable_ || !is_taut()) return false;
+    if (negative_ < 0) factor_at_iterate();
+    return negative_ > 0;
 }
 
 bool RodBody::is_taut() const
@@ -329,19 +345,37 @@ Vec12 RodBody::row(const BodyPlace& at, const Vec3& direction) const
         v.segment<3>(6 * i + 3) = rotation_matrix(n.q).transpose() * moment;
         return v;
     }
-    const double there = xi_now(e, xi), share = std::max(there, 0.0);
+    return rows_along<1>(at, direction);
+}
+
+/// Of a place that is fixed to a cross-section.
+template <int Count>
+Eigen::Matrix<double, 12, Count>
+RodBody::rows_along(const BodyPlace& at, const Eigen::Matrix<double, 3, Count>& directions) const
+{
+    const int e = at.nodes[0].node, node[2] = {e, rod_.second(e)};
+    const double xi = at.nodes[0].weight, there = xi_now(e, xi), share = std::max(there, 0.0);
     const RodPlace p = place_on(now_, e, there);
-    Vec12 v = p.J.transpose() * direction;
+    Eigen::Matrix<double, 12, Count> v = p.J.transpose() * directions;
     if (compliant_in_sheath() && e == sheath_.node && !step_.dynamic)
-        v.head<3>() = along_by_way(now_.nodes, rod_.law[std::size_t(e)].length, xi).dot(direction) *
-                      along_sheath();
+        v.template topRows<3>() =
+            along_sheath() *
+            (along_by_way(now_.nodes, rod_.law[std::size_t(e)].length, xi).transpose() *
+             directions);
     const Vec3 centre = step_.dynamic ? place_on(begun_, e, xi).x : p.x;
-    const Vec3 moment = (at.point - centre).cross(direction);
+    Eigen::Matrix<double, 3, Count> moments;
+    for (int k = 0; k < Count; ++k)
+        moments.col(k) = (at.point - centre).cross(Vec3(directions.col(k)));
     for (int i = 0; i < 2; ++i)
-        v.segment<3>(6 * i + 3) +=
+        v.template middleRows<3>(6 * i + 3) +=
             (i == 0 ? 1 - share : share) *
-            (rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * moment);
+            (rotation_matrix(now_.nodes[std::size_t(node[i])].q).transpose() * moments);
     return v;
+}
+
+Mat12x3 RodBody::rows(const BodyPlace& at, const Mat3& frame) const
+{
+    return rows_along<3>(at, frame);
 }
 
 void RodBody::add_column(const BodyPlace& at, const Vec3& direction, double scale, int column,

@@ -69,20 +69,49 @@ int ChainBand::factor(const Blocks& chain, int first, int from)
 
 void ChainBand::solve(std::vector<Node6>& x) const
 {
-    std::vector<double> values(std::size_t(rows_ + 2 * kSide), 0.0); // zeros before and behind
-    double* v = values.data() + kSide;
-    for (int i = 0; i < rows_; ++i)
-        v[i] = x[std::size_t(first_ + i / 6)].value[i % 6];
+    // Number by number, and the value that is found last is used last: a vector that is loaded from
+    // what has just been stored in parts would wait for all of them.
     const auto diagonal = [&](int row) {
         return rows_of_band_.data() + std::size_t(row) * kWidth + kSide;
     };
-    using Map = Eigen::Map<const Side>;
-    for (int i = 0; i < rows_; ++i)
-        v[i] -= Map(diagonal(i) - kSide).dot(Map(v + i - kSide));
-    for (int i = rows_ - 1; i >= 0; --i)
-        v[i] = (v[i] - Map(diagonal(i) + 1).dot(Map(v + i + 1))) / *diagonal(i);
-    for (int i = 0; i < rows_; ++i)
-        x[std::size_t(first_ + i / 6)].value[i % 6] = v[i];
+    const auto node = [&](int i) { return x[std::size_t(first_ + i)].value; };
+    const int nodes = rows_ / 6;
+    const double zero[6] = {};
+    for (int i = 0; i < nodes; ++i) {
+        const double* const before = i > 0 ? node(i - 1) : zero;
+        double* const v = node(i);
+#pragma GCC unroll 6
+        for (int j = 0; j < 6; ++j) {
+            const double* const a = diagonal(6 * i + j) - j - 6; // by the first of the node before
+            double even = v[j], odd = 0;
+#pragma GCC unroll 6
+            for (int k = 0; k < 6; ++k)
+                (k % 2 == 0 ? even : odd) -= a[k] * before[k];
+#pragma GCC unroll 6
+            for (int k = 0; k + 1 < j; ++k)
+                (k % 2 == 0 ? even : odd) -= a[6 + k] * v[k];
+            v[j] = even + odd;
+            if (j > 0) v[j] -= a[6 + j - 1] * v[j - 1];
+        }
+    }
+    for (int i = nodes - 1; i >= 0; --i) {
+        const double* const behind = i + 1 < nodes ? node(i + 1) : zero;
+        double* const v = node(i);
+#pragma GCC unroll 6
+        for (int j = 5; j >= 0; --j) {
+            const double* const a = diagonal(6 * i + j) - j; // by the first of the node
+            double even = v[j], odd = 0;
+#pragma GCC unroll 6
+            for (int k = 0; k < 6; ++k)
+                (k % 2 == 0 ? even : odd) -= a[6 + k] * behind[k];
+#pragma GCC unroll 6
+            for (int k = 5; k > j + 1; --k)
+                (k % 2 == 0 ? even : odd) -= a[k] * v[k];
+            double sum = even + odd;
+            if (j < 5) sum -= a[j + 1] * v[j + 1];
+            v[j] = sum / a[j];
+        }
+    }
 }
 
 } // namespace amontons

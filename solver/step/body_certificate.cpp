@@ -139,10 +139,12 @@ bool BodyStepper::check_end_of_step()
         if (const auto next = followed_.find(k); next != followed_.end()) k = next->second;
     const std::map<BodySystem::Key, Vec3>& known = force_;
     std::map<BodySystem::Key, int> now; // in motion contacts keep the numbers of the step's start
-    for (int c = 0; c < int(value_.size()) && !step_.dynamic; ++c)
-        now[key(c)] = c;
     const auto number_now = [&](std::size_t i) {
-        if (step_.dynamic) return rows_.chosen[i];
+        const int before = rows_.chosen[i];
+        if (step_.dynamic || (before < int(value_.size()) && key(before) == keys[i])) return before;
+        if (now.empty()) // once
+            for (int c = 0; c < int(value_.size()); ++c)
+                now[key(c)] = c;
         const auto at = now.find(keys[i]);
         return at == now.end() ? -1 : at->second;
     };
@@ -371,7 +373,7 @@ void BodyStepper::fill_report()
         BodyContact& contact = report_.contacts.contact[std::size_t(c)];
         const Vec3 d = moved(contact);
         const Vec3 n = contact.frame.col(0);
-        contact.gap += n.dot(d) - moved_[std::size_t(c)];
+        if (!finds_anew()) contact.gap += n.dot(d) - moved_[std::size_t(c)];
         if (!contacts_on_.empty()) contact.point = contacts_on_[std::size_t(c)].end_point;
         report_.slip[std::size_t(c)] = d - n.dot(d) * n;
         report_.force[std::size_t(c)] = per_force * f;

@@ -32,7 +32,7 @@ bool BodyStepper::solve_rods()
     // ---- Contacts and couplings
     for (int c = 0; c < n + joints; ++c)
         rows_.chosen[std::size_t(c)] = c;
-    make_rows(contacts(), rows_);
+    number_rows(contacts(), rows_);
     problem_ = {};
     problem_.mu.setZero(n + joints);
     problem_.kind.assign(std::size_t(n + joints), ContactKind::bilateral);
@@ -98,7 +98,6 @@ bool BodyStepper::solve_rods()
         force_[key(c)] = Vec3(answer.joint_force[joint], 0, 0);
         motion_[key(c)] = Vec3(answer.joint_value[joint], 0, 0);
     }
-    body_force_ = forces(rows_, r_);
     report_.contact_solve += watch.seconds();
     y_ = answer.motion;
     mode_.assign(bodies(), {});
@@ -118,8 +117,8 @@ bool BodyStepper::solve_rods()
     }
     if (exceeds_motion_bound()) return false;
     left_out_ = 0;
-    for (std::size_t b = 0; b < bodies(); ++b)
-        body(b).update(y_[b], mode_[b], body_force_[b]);
+    for (std::size_t b = 0; b < bodies(); ++b) // a rod's motion is known, and nothing else moves
+        body(b).update(y_[b], mode_[b], system_.refs[b].rod ? Eigen::VectorXd() : y_[b]);
     return true;
 }
 

@@ -151,6 +151,19 @@ void make_rows(const Contacts& k, Rows& p)
     columns.distribute(unknowns, p);
 }
 
+void number_rows(const Contacts& k, Rows& p)
+{
+    const int contacts = int(k.all.contact.size());
+    p.count = 0;
+    p.first.clear();
+    for (const int c : p.chosen) {
+        p.first.push_back(p.count);
+        p.count += c >= contacts ? 1 : rows_of(k.pairs, k.all.contact[std::size_t(c)]);
+    }
+    p.columns.assign(k.bodies.size(), {});
+    p.row.assign(k.bodies.size(), {});
+}
+
 void forces_on_bodies(const Contacts& k, std::span<const ActingForce> acting,
                       std::vector<Eigen::VectorXd>& on)
 {

@@ -63,6 +63,9 @@ std::array<Side, 2> sides_of(const Contacts& k, int c);
 /// Fills p with the rows of p.chosen.
 void make_rows(const Contacts& k, Rows& p);
 
+/// Their numbers alone: `first` and `count`, without columns.
+void number_rows(const Contacts& k, Rows& p);
+
 /// A contact or coupling and the force of its rows on its first side [N].
 struct ActingForce {
     /// Number of the contact.

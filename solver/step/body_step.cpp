@@ -45,8 +45,16 @@ void BodyStepper::linearise()
     // Of linear solids in motion the try before has left what the first iterate needs.
     const bool known = repeats_ && free_at_start_ && linearised_ == 0 && step_.dynamic;
     ++linearised_;
+    // solve_rods() factors the rods' matrices with their contacts.
+    const bool sparse = rods_only_ && list_.contact.size() + system_.couplings.size() > 0;
     for (std::size_t b = 0; b < bodies(); ++b) {
         const SolidBody* solid = system_.refs[b].solid;
+        if (RodBody* const rod = system_.refs[b].rod; rod && sparse) {
+            rod->set_up_system();
+            free_.emplace_back();
+            mode_load_.emplace_back();
+            continue;
+        }
         if (!known || !solid || solid->nonlinear() || solid->iterative()) body(b).linearise();
         free_.push_back(body(b).matrix().free_change());
         mode_load_.push_back(body(b).matrix().modes().cols() > 0 ? body(b).matrix().mode_load()
@@ -169,9 +177,9 @@ void BodyStepper::find()
     }
     find_joints();
     row_values(contacts(), step_, contacts_on_, value_);
-    moved_.clear();
-    for (const BodyContact& c : list_.contact)
-        moved_.push_back(c.frame.col(0).dot(moved(c)));
+    moved_.assign(list_.contact.size(), 0);
+    for (std::size_t c = 0; c < moved_.size() && !finds_anew(); ++c)
+        moved_[c] = list_.contact[c].frame.col(0).dot(moved(list_.contact[c]));
     report_.detection += watch.seconds();
 }
 
@@ -228,7 +236,11 @@ bool BodyStepper::sliding_reversed()
 void BodyStepper::follow_contacts()
 {
     followed_.clear();
-    if (!system_.has_rods()) return;
+    const auto wanders = [&](const ContactPair& p) {
+        return p.b >= 0 && system_.refs[std::size_t(p.a)].rod &&
+               (system_.refs[std::size_t(p.b)].rod || system_.refs[std::size_t(p.b)].solid);
+    };
+    if (std::ranges::none_of(system_.finder.pairs(), wanders)) return;
     std::set<BodySystem::Key> now;
     for (int c = 0; c < int(list_.contact.size()); ++c)
         now.insert(key(c));

@@ -76,6 +76,8 @@ private:
     bool matrices_kept() const;
     bool all_in_matrix() const;
     void find();
+    /// At rest, rods alone: contacts never stay where an iteration before has found them.
+    bool finds_anew() const { return !step_.dynamic && system_.rods_alone(); }
     void follow_contacts();
     // body_follow.cpp
     static StepInput followed(const BodySystem& system, StepInput step);

@@ -13,17 +13,33 @@ constexpr double kDear = 5e6; // of an elimination, as BlockLu estimates it [ns]
 
 } // namespace
 
+void NodeMatrix::set_chain(int nodes)
+{
+    symmetric_ = true;
+    factor_ = Factor::none;
+    if (chain_ && nodes == size()) return;
+    chain_ = true;
+    start_.assign(1, 0);
+    row_.clear();
+    for (int j = 0; j < nodes; ++j) {
+        for (int i = std::max(j - 1, 0); i <= std::min(j + 1, nodes - 1); ++i)
+            row_.push_back(i);
+        start_.push_back(row_.size());
+    }
+    analysed_lu_ = analysed_cholesky_ = false;
+    block_.assign(row_.size(), Block6{});
+    indefinite_ = false;
+}
+
 void NodeMatrix::set_pattern(int nodes, std::vector<std::array<int, 2>> coupled)
 {
-    const bool was_chain = chain_;
-    chain_ = std::ranges::all_of(
-        coupled, [](const std::array<int, 2>& pair) { return std::abs(pair[0] - pair[1]) <= 1; });
-    if (chain_ && was_chain && nodes == size()) { // as it was
-        set_zero();
-        return;
+    if (std::ranges::all_of(coupled, [](const std::array<int, 2>& pair) {
+            return std::abs(pair[0] - pair[1]) <= 1;
+        })) {
+        set_chain(nodes);
+        return set_zero();
     }
-    for (int i = 0; chain_ && i + 1 < nodes; ++i)
-        coupled.push_back({i, i + 1});
+    chain_ = false;
     const std::size_t given = coupled.size();
     for (std::size_t k = 0; k < given; ++k)
         coupled.push_back({coupled[k][1], coupled[k][0]});
@@ -196,7 +212,8 @@ void NodeMatrix::solve(std::vector<Node6>& x)
 {
     if (chain_) return band_.solve(x);
     if (factor_ == Factor::none) {
-        // Of much fill Cholesky's method is several times as quick, where the matrix is positive definite.
+        // Of much fill Cholesky's method is several times as quick, where the matrix is positive
+        // definite.
         analyse_elimination();
         if (symmetric_ && !indefinite_ && lu_.cost() > kDear && is_symmetric()) {
             if (cholesky())

@@ -22,6 +22,9 @@ public:
     /// @param coupled  pairs of nodes, in any order, also more than once; the blocks of both orders
     ///                 are there, and those of each node with itself. All are zero.
     void set_pattern(int nodes, std::vector<std::array<int, 2>> coupled);
+    /// The pattern of one chain: each node with itself and its neighbours. Blocks of a chain that
+    /// was as long keep their values.
+    void set_chain(int nodes);
 
     bool guarded = true; ///< false: factor() treats every matrix as definite
     /// Number of nodes.

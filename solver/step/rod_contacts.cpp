@@ -188,7 +188,9 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
         touch_surface(
             own, stations,
             [&wall, hint = WallHint()](const Vec3& x) mutable { return wall.sample(x, hint); },
-            reach_, known, found, first, &seen_[std::size_t(pair)]);
+            std::min(reach_, rod.reach_of_iteration()), known, found, first,
+            &seen_[std::size_t(pair)],
+            [&wall, hint = WallHint()](const Vec3& x) mutable { return wall.clearance(x, hint); });
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {
         touch_surface(own, touching_stations(rod, p), distance_from(*rigid, rigid->placement()),
                       reach_, known, found);

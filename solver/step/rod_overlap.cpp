@@ -99,9 +99,16 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
     if (p.b < 0 && !p.plane) {
         const Wall& wall = *walls_[std::size_t(p.obstacle)];
         WallHint hint;
-        for (const Sample& s : own)
-            if (s.free && wall.clearance(s.x, hint) < s.radius)
-                keep_deepest(s.x, s.radius - wall.distance(s.x, hint));
+        Vec3 at = Vec3::Zero();
+        double clear = -std::numeric_limits<double>::infinity(); // at least, there
+        for (const Sample& s : own) {
+            if (!s.free || clear - kSteepestWall * (s.x - at).norm() >= s.radius) continue;
+            at = s.x;
+            clear = wall.clearance(at, hint);
+            if (clear >= s.radius) continue;
+            clear = wall.distance(at, hint);
+            keep_deepest(at, s.radius - clear);
+        }
     } else if (p.b < 0) {
         in_shape(distance_from_obstacle(p));
     } else if (const RigidBody* rigid = bodies[std::size_t(p.b)].rigid) {

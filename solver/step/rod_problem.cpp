@@ -155,25 +155,35 @@ struct Projectors {
     Eigen::VectorXd prescribed; // of all slots
 };
 
-FourNodeRow row_of(const RodProblem& w, const RodContactState& s, const RodContact& c, int axis,
-                   const Projectors& held, double& moved)
+/// The rows of a contact, `axes` of them, along its frame.
+/// @return  what prescribed motions do to their values
+Vec3 place_rows(const RodProblem& w, const RodContactState& s, RodContact& c, int axes,
+                const Projectors& held)
 {
-    FourNodeRow row{};
-    const Vec3 direction = s.contact->frame.col(axis);
+    FourNodeRow* const row[] = {&c.normal, &c.tangent[0], &c.tangent[1]};
+    Vec3 moved = Vec3::Zero();
     int k = 0;
     const auto add = [&](int body, const BodyPlace& at, double sign) {
         if (body < 0 || !w.rods[std::size_t(body)]) return;
-        const Vec12 v = sign * w.rods[std::size_t(body)]->row(at, direction);
+        const Mat12x3 v = sign * w.rods[std::size_t(body)]->rows(at, s.contact->frame);
         for (int i = 0; i < 2; ++i, ++k) {
             const int slot = c.slot[std::size_t(k)];
-            const Vec6 own = v.segment<6>(6 * i);
-            moved += own.dot(held.prescribed.segment<6>(6 * slot));
-            Eigen::Map<Vec6>(row.node[k].value) = held.free[std::size_t(slot)] * own;
+            const Mat6& free = held.free[std::size_t(slot)];
+            const bool whole = free.isIdentity(0);
+            for (int axis = 0; axis < axes; ++axis) {
+                const Vec6 own = v.col(axis).segment<6>(6 * i);
+                moved[axis] += own.dot(held.prescribed.segment<6>(6 * slot));
+                Eigen::Map<Vec6> to(row[axis]->node[k].value);
+                if (whole)
+                    to = own;
+                else
+                    to = free * own;
+            }
         }
     };
     add(s.contact->a, s.a, 1);
     add(s.contact->b, s.b, -1);
-    return row;
+    return moved;
 }
 
 /// How far a unit motion of the nodes moves a row, squared.
@@ -219,18 +229,30 @@ void add_geometry(RodProblem& w, const RodContactState& s, const RodContact& c,
         }
 }
 
-/// The rods' own matrices and right sides.
-void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors& held)
+/// Which nodes are coupled: in the rods, by contacts and by joints.
+/// @return  the number of nodes
+int couple_nodes(RodProblem& w, const std::vector<RodContact>& contact)
 {
-    int nodes = 0;
+    int nodes = 0, rods = 0;
+    bool alone = w.held_joints.empty(); // an open rod that touches no rod, itself included
+    for (std::size_t b = 0; b < w.rods.size(); ++b) {
+        if (!w.rods[b]) continue;
+        nodes += w.nodes_of(b);
+        alone = alone && ++rods == 1 && !w.rods[b]->model().closed;
+    }
+    alone = alone && std::ranges::all_of(contact, [](const RodContact& c) { return c.nodes <= 2; });
+    if (alone) { // whose blocks are all copied
+        w.base.set_chain(nodes);
+        w.system.set_chain(nodes);
+        return nodes;
+    }
     std::vector<std::array<int, 2>> coupled;
     for (std::size_t b = 0; b < w.rods.size(); ++b) {
         if (!w.rods[b]) continue;
-        const int n = w.nodes_of(b);
+        const int n = w.nodes_of(b), first = w.first[b];
         for (int i = 0; i + 1 < n; ++i)
-            coupled.push_back({nodes + i, nodes + i + 1});
-        if (w.rods[b]->model().closed) coupled.push_back({nodes, nodes + n - 1});
-        nodes += n;
+            coupled.push_back({first + i, first + i + 1});
+        if (w.rods[b]->model().closed) coupled.push_back({first, first + n - 1});
     }
     for (const RodContact& c : contact)
         for (int i = 0; i < c.nodes; ++i)
@@ -240,6 +262,13 @@ void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors
         if (j.slot[0] >= 0 && j.slot[1] >= 0) coupled.push_back({j.slot[0], j.slot[1]});
     w.base.set_pattern(nodes, coupled);
     w.system.set_pattern(nodes, std::move(coupled));
+    return nodes;
+}
+
+/// The rods' own matrices and right sides.
+void take_rods(RodProblem& w, const std::vector<RodContact>& contact, Projectors& held)
+{
+    const int nodes = couple_nodes(w, contact);
     for (auto* v : {&w.gradient, &w.right, &w.increment})
         v->assign(std::size_t(nodes), Node6{});
     held.free.clear();
@@ -454,10 +483,7 @@ Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Pro
     for (std::size_t k = 0; k < contacts.size(); ++k) {
         const RodContactState& s = contacts[k];
         RodContact& c = w.contact[k];
-        Vec3 moved = Vec3::Zero();
-        c.normal = row_of(w, s, c, 0, held, moved[0]);
-        for (int i = 0; i < 2 && s.friction > 0; ++i)
-            c.tangent[i] = row_of(w, s, c, i + 1, held, moved[i + 1]);
+        const Vec3 moved = place_rows(w, s, c, s.friction > 0 ? 3 : 1, held);
         Candidate& law = c.law;
         law.gap = s.value[0] + moved[0];
         for (int i = 0; i < 2; ++i)
@@ -493,6 +519,24 @@ Residual set_up(RodProblem& w, const std::vector<RodContactState>& contacts, Pro
         }
     }
     return scale;
+}
+
+/// Solves with the last factors for the present multipliers: the states of the last trial, whose
+/// matrix that is, may still fit. Leaves the increment and the trials.
+bool fits_as_it_is(RodSystem& system, const Residual& scale, const NewtonOptions& options)
+{
+    pivoting::set_right_side(system);
+    system.increment() = system.right();
+    system.matrix().solve(system.increment());
+    const double force = least_violation(scale, options);
+    bool fits = true;
+    for (std::size_t k = 0; k < system.contacts(); ++k) {
+        const Candidate& c = system.contact(k);
+        pivoting::evaluate(system, k);
+        fits = fits &&
+               violation(c, system.trial()[k], force, force / c.stiffness).kind == Change::none;
+    }
+    return fits;
 }
 
 /// A motion without symmetry: the same in each section's axes, however the scene is turned.
@@ -566,7 +610,8 @@ RodAnswer solve_rod_contacts(RodProblem& w, const std::vector<RodContactState>& 
     double shift = 0;
     RodAnswer out;
     for (int k = 0; k < kMultipliers; ++k) {
-        out.fits = pivoting::solve(system, scale, options, shift, report);
+        out.fits = (k > 0 && out.fits && fits_as_it_is(system, scale, options)) ||
+                   pivoting::solve(system, scale, options, shift, report);
         if (shift > 0 || k + 1 == kMultipliers) break;
         if (left_open(w) <= tolerance * length_scale(w)) break;
         renew_multipliers(w);

@@ -367,6 +367,52 @@ TEST_CASE("a curve that moves past a surface at rest touches alike whether its d
     CHECK(4 * with < 3 * without); // [regression] half
 }
 
+TEST_CASE("a surface is evaluated at five places between two stations, and at few more where it "
+          "bulges")
+{
+    const double R = 0.2, gap = 1e-3, r = 0.01;
+    int evaluations = 0;
+    const auto ball = [&](const Vec3& x) {
+        ++evaluations;
+        WallSample s;
+        s.distance = x.norm() - R;
+        s.normal = x.normalized();
+        s.hessian = (Mat3::Identity() - s.normal * s.normal.transpose()) / x.norm();
+        return s;
+    };
+    std::vector<CurveContact> found;
+    Curve a;
+    for (const double shift : {0.003, 0.0}) { // 0: one of the places is the nearest
+        CAPTURE(shift);
+        a = straight_curve({shift - 0.05, 0, R + r + gap}, {shift + 0.05, 0, R + r + gap}, 5, r);
+        found.clear();
+        evaluations = 0;
+        touch_surface(a, stations(a, 0), ball, 0.05, {}, found);
+        // At a bulge fewer than a bisection to the same digits, which takes 50.
+        if (shift > 0) CHECK(evaluations <= 6 + 5 * 5 + 25);
+        // Within the third piece: nearer than the six stations.
+        REQUIRE(found.size() == 7);
+        CHECK(std::abs(found.back().point.x()) < 1e-12);
+        CHECK(found.back().gap == doctest::Approx(gap).epsilon(1e-12));
+    }
+
+    // A bound of the distance that is far below it leaves all as it is, one near it saves values.
+    for (const double share : {0.1, 0.99}) {
+        CAPTURE(share);
+        std::vector<CurveContact> bounded;
+        const int all = std::exchange(evaluations, 0);
+        const double reach = 1.01 * gap;
+        std::vector<CurveContact> plain;
+        touch_surface(a, stations(a, 0), ball, reach, {}, plain);
+        const int without = std::exchange(evaluations, all);
+        const int before = evaluations;
+        touch_surface(a, stations(a, 0), ball, reach, {}, bounded, 0, nullptr,
+                      [&](const Vec3& x) { return share * (x.norm() - R); });
+        CHECK(bounded.size() == plain.size());
+        CHECK(evaluations - before <= without);
+    }
+}
+
 TEST_CASE("the distance to a shape has the normal and the second derivative that it specifies")
 {
     SurfaceMesh cube;

@@ -53,6 +53,26 @@ Eigen::VectorXd solved(NodeMatrix& matrix, const Eigen::VectorXd& b)
 
 } // namespace
 
+TEST_CASE("a chain of the same length keeps its blocks, one of another length begins with zeros")
+{
+    const int n = 7;
+    Pairs chain;
+    for (int i = 0; i + 1 < n; ++i)
+        chain.push_back({i, i + 1});
+    Both m = filled(n, chain, 5);
+    const Eigen::VectorXd b = Eigen::VectorXd::LinSpaced(6 * n, -1, 2);
+    m.matrix.set_chain(n);
+    CHECK(m.matrix.is_chain());
+    m.matrix.factor(0);
+    CHECK((m.dense * solved(m.matrix, b) - b).norm() < 1e-12);
+    m.matrix.set_chain(n + 1);
+    CHECK(m.matrix.size() == n + 1);
+    for (int i = 0; i < n; ++i)
+        for (const auto& [row, col] : {std::array{i, i}, {i, i + 1}, {i + 1, i}})
+            for (int k = 0; k < 36; ++k)
+                CHECK(m.matrix.block(row, col)(k % 6, k / 6) == 0);
+}
+
 TEST_CASE("nodes that are coupled along a chain or anyhow are solved as a dense LU does")
 {
     const int n = 11;
