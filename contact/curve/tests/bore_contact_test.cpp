@@ -28,7 +28,7 @@ Curve arc_from_origin(double R, double angle, int pieces, double radius, const V
 }
 
 /// Contacts of a wire on an arc of another radius in a catheter, at all its stations.
-std::vector<CurveContact> contacts_of(const Curve& outer, const Curve& inner, double reach = 1)
+std::vector<CurveContact> bore_contacts(const Curve& outer, const Curve& inner, double reach = 1)
 {
     const std::vector<double> bore(outer.pieces.size(), kBore);
     std::vector<CurveContact> found;
@@ -43,7 +43,7 @@ TEST_CASE("a wire on an arc in a catheter on a wider one: clearance less the arc
     const double R = 0.05, aside = 2e-4;
     const Curve outer = arc_from_origin(R, 1, 20, 1.5e-3, Vec3::Zero());
     Curve inner = arc_from_origin(R, 1.3, 37, kWire, {0, 0, aside}); // beside it, and longer
-    const std::vector<CurveContact> found = contacts_of(outer, inner);
+    const std::vector<CurveContact> found = bore_contacts(outer, inner);
     REQUIRE(found.size() == 21); // the inner end is beyond the outer one
     for (const CurveContact& c : found) {
         CHECK(c.gap == doctest::Approx(kBore - kWire - aside).epsilon(1e-6));
@@ -53,12 +53,12 @@ TEST_CASE("a wire on an arc in a catheter on a wider one: clearance less the arc
     }
     // Shorter than the catheter: stations beyond its end have none, its end has one of its own.
     inner = arc_from_origin(R, 0.52, 15, kWire, {0, 0, aside});
-    const std::vector<CurveContact> within = contacts_of(outer, inner);
+    const std::vector<CurveContact> within = bore_contacts(outer, inner);
     REQUIRE(within.size() == 12); // 0 to 0.5 in steps of 0.05, and the end
     CHECK(within.back().slides_a);
     CHECK(within.back().b.t == 1);
     CHECK(arc_at(outer, within.back().a) == doctest::Approx(0.52 * R).epsilon(1e-4));
-    CHECK(contacts_of(outer, inner, 1e-4).empty()); // farther than the reach
+    CHECK(bore_contacts(outer, inner, 1e-4).empty()); // farther than the reach
 }
 
 TEST_CASE("a gap in a bore changes by what moves along its normal")
@@ -67,7 +67,7 @@ TEST_CASE("a gap in a bore changes by what moves along its normal")
     std::uniform_real_distribution<double> any(-1, 1);
     const Curve outer = arc_from_origin(0.04, 1.2, 17, 1.5e-3, Vec3::Zero());
     const Curve inner = arc_from_origin(0.043, 1.0, 23, kWire, {0, 1e-4, 2e-4});
-    const std::vector<CurveContact> before = contacts_of(outer, inner);
+    const std::vector<CurveContact> before = bore_contacts(outer, inner);
     REQUIRE(before.size() > 10);
     for (int k = 0; k < 5; ++k) {
         const Vec3 way = 1e-7 * Vec3(any(random), any(random), any(random));
@@ -76,7 +76,7 @@ TEST_CASE("a gap in a bore changes by what moves along its normal")
             p.x0 += way;
             p.x1 += way;
         }
-        const std::vector<CurveContact> after = contacts_of(outer, moved);
+        const std::vector<CurveContact> after = bore_contacts(outer, moved);
         int compared = 0;
         for (const CurveContact& c : before)
             for (const CurveContact& now : after) {

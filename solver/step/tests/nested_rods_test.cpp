@@ -48,7 +48,7 @@ std::string in_bend(const std::string& beside, double friction)
 constexpr const char* kFarBall = R"("far": {"kind": "rigid", "drive": {"z": 0},
     "shape": {"generate": "ball", "radius": 0.001}, "start": {"place": [0, -1, 0]}}, )";
 
-constexpr double kMass = 2e-4, kOnFloor = 0.3, kSide = 0.004;
+constexpr double kBoxMass = 2e-4, kBoxFriction = 0.3, kBoxSide = 0.004;
 
 /// A catheter with a wire in it before a free box on a floor.
 std::string before_box(double catheter, double wire, double in_bore, bool moving, double step)
@@ -64,12 +64,12 @@ std::string before_box(double catheter, double wire, double in_bore, bool moving
                     {{"between": ["catheter", "box"]}}, {{"between": ["wire", "box"]}},
                     {{"between": ["catheter", "wire"], "friction": {6}}}],
         "time": {{"kind": "{7}", "step": {8}, "end": 1}})",
-        kSide, kMass, kSide / 2,
+        kBoxSide, kBoxMass, kBoxSide / 2,
         nested_beam("wire", 4e-4, 0, 2e-3, density, fmt::format("[[0, 0.01], [1, {}]]", wire),
-                    kSide / 2),
+                    kBoxSide / 2),
         nested_beam("catheter", 9e-4, 6e-4, 1e-3, density,
-                    fmt::format("[[0, 0.012], [1, {}]]", catheter), kSide / 2),
-        kOnFloor, in_bore, moving ? "dynamic" : "quasi_static", step);
+                    fmt::format("[[0, 0.012], [1, {}]]", catheter), kBoxSide / 2),
+        kBoxFriction, in_bore, moving ? "dynamic" : "quasi_static", step);
 }
 
 } // namespace
@@ -113,7 +113,7 @@ TEST_CASE("a wire and its catheter in a bend need the same pushes as rods and as
 
 TEST_CASE("a catheter with a wire in it pushes a free box with what its friction holds")
 {
-    const double slides = kOnFloor * kMass * kGravity;
+    const double slides = kBoxFriction * kBoxMass * kGravity;
     for (const double in_bore : {0.0, 0.2}) {
         CAPTURE(in_bore);
         // The catheter is ahead, then the wire.
@@ -125,13 +125,13 @@ TEST_CASE("a catheter with a wire in it pushes a free box with what its friction
         CHECK(w.value("catheter_push_force") + w.value("wire_push_force") ==
               relative(slides).epsilon(1e-4));
         if (in_bore == 0) CHECK(std::abs(w.value("catheter_push_force")) < 1e-4 * slides);
-        CHECK(w.value("box_x") == relative(0.06 + 4e-4 + kSide / 2).epsilon(1e-5));
+        CHECK(w.value("box_x") == relative(0.06 + 4e-4 + kBoxSide / 2).epsilon(1e-5));
     }
 }
 
 TEST_CASE("a wire and its catheter hang out of a sheath as a beam of both stiffnesses and weights")
 {
-    constexpr double kClearance = 1e-5, kInner = 4e-4, kOuter = 8e-4, kOut = 0.1;
+    constexpr double kClearance = 1e-5, kWireRadius = 4e-4, kCatheterRadius = 8e-4, kOut = 0.1;
     const double EI[2] = {1e-4, 2e-4}, density[2] = {8000, 1500};
     for (const char* kind : {"quasi_static", "dynamic"}) {
         CAPTURE(kind);
@@ -139,16 +139,17 @@ TEST_CASE("a wire and its catheter hang out of a sheath as a beam of both stiffn
         const std::string text = fmt::format(
             R"("gravity": [0, 0, -9.81], "bodies": {{{}, {}}}, "contact": [{{"between": ["wire", "catheter"]}}],
             "time": {{"kind": "{}", "step": {}, "end": {}{}}})",
-            nested_beam("wire", kInner, 0, EI[0], density[0],
+            nested_beam("wire", kWireRadius, 0, EI[0], density[0],
                         fmt::format("[[0, {0}], [1, {0}]]", kOut)),
-            nested_beam("catheter", kOuter, kInner + kClearance, EI[1], density[1],
+            nested_beam("catheter", kCatheterRadius, kWireRadius + kClearance, EI[1], density[1],
                         fmt::format("[[0, {0}], [1, {0}]]", kOut)),
             kind, moving ? 0.05 : 1, moving ? 3 : 1, moving ? R"(, "damping": 20)" : "");
         const Result r = done(text);
         const double pi = std::numbers::pi,
-                     weight = kGravity * (density[0] * pi * kInner * kInner +
+                     weight = kGravity * (density[0] * pi * kWireRadius * kWireRadius +
                                           density[1] * pi *
-                                              (kOuter * kOuter - std::pow(kInner + kClearance, 2))),
+                                              (kCatheterRadius * kCatheterRadius -
+                                               std::pow(kWireRadius + kClearance, 2))),
                      sag = weight * std::pow(kOut, 4) / (8 * (EI[0] + EI[1]));
         for (const char* name : {"wire", "catheter"}) {
             CAPTURE(name);
@@ -166,7 +167,7 @@ TEST_CASE("a wire in a catheter that is fed beside a box in motion keeps its ene
     CHECK(r.summary.uncertified_steps == 0);
     CHECK(std::abs(r.summary.energy.error()) < 0.02 * r.summary.energy.work_absolute);
     CHECK(r.value("catheter_push_force") + r.value("wire_push_force") ==
-          relative(kOnFloor * kMass * kGravity).epsilon(0.02));
+          relative(kBoxFriction * kBoxMass * kGravity).epsilon(0.02));
 }
 
 TEST_CASE("instruments in one another beside bodies that cannot be are refused with their place")
