@@ -72,6 +72,12 @@ public:
     const std::vector<BeamNode>& nodes() const { return now_.nodes; }
     /// Nodes of the run's first state.
     const std::vector<BeamNode>& first_nodes() const { return rod_.nodes; }
+    /// Whether it is free of stress in its first shape, whole, and so stays there by itself.
+    bool rests_in_first_shape() const;
+    /// Whether this instrument lies in the bore of the other one: both come out of one introducer.
+    bool lies_in(const RodBody& other) const;
+    /// Radii of its bore, of each element [m].
+    std::vector<double> bore() const;
     std::array<double, 6>
     strain(int element) const; ///< of the iterate: see element_strain [-, 1/m]
     /// Forces and moments of an element's section, in the order of its strains [N], [N m].
@@ -231,6 +237,7 @@ public:
     double imbalance(const Eigen::VectorXd& force) override;
     BodyEnergy accept(const Eigen::VectorXd& force) override;
     double speed() const override;
+    void swap_velocities(std::vector<double>& velocities) override;
     BodyMotion motion() const override
     {
         return {kinetic_energy(), momentum(), angular_momentum()};

@@ -470,4 +470,19 @@ void RodBody::set_state(std::span<const double> state)
     now_ = state_;
 }
 
+bool RodBody::rests_in_first_shape() const
+{
+    const bool natural = input_.shape.points.empty() && !input_.shape.has_curve();
+    return !material_ && (natural || input_.shape.stress_free);
+}
+
+void RodBody::swap_velocities(std::vector<double>& velocities)
+{
+    velocities.resize(6 * state_.velocity.size());
+    auto other = velocities.begin();
+    for (Vec6& v : state_.velocity)
+        for (double& component : v)
+            std::swap(component, *other++);
+}
+
 } // namespace amontons

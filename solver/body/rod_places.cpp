@@ -1,5 +1,6 @@
 #include "solver/body/drive.hpp"
 #include "solver/body/rod_body.hpp"
+#include "solver/scene/instrument_rods.hpp"
 
 #include <algorithm>
 #include <array>
@@ -105,6 +106,19 @@ int RodBody::segment_of(const CurvePlace& at) const
     const auto after = std::lower_bound(rod_.segment_start.begin(), rod_.segment_start.end(),
                                         s - kRounding * rod_.length);
     return std::max(int(after - rod_.segment_start.begin()) - 1, 0);
+}
+
+bool RodBody::lies_in(const RodBody& other) const
+{
+    return slide_in_one_another(input_, other.input_) && fits_in(input_, other.input_);
+}
+
+std::vector<double> RodBody::bore() const
+{
+    std::vector<double> radii;
+    for (int e = 0; e < rod_.element_count(); ++e)
+        radii.push_back(input_.segments[std::size_t(segment_of({e, 0.5}))].inner_radius);
+    return radii;
 }
 
 bool RodBody::starts_in_sheath(int node) const

@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <fmt/format.h>
+#include <limits>
 
 namespace amontons {
 namespace {
@@ -42,11 +43,19 @@ Line sheath_of(const BeamInput& b)
     return {in.at - length * in.direction.normalized(), in.at};
 }
 
-double widest(const BeamInput& b)
+double widest(const std::vector<BeamSegment>& segments)
 {
     double radius = 0;
-    for (const BeamSegment& s : b.segments)
+    for (const BeamSegment& s : segments)
         radius = std::max({radius, s.radius, s.end_radius});
+    return radius;
+}
+
+double narrowest_bore(const std::vector<BeamSegment>& segments)
+{
+    double radius = std::numeric_limits<double>::infinity();
+    for (const BeamSegment& s : segments)
+        radius = std::min(radius, s.inner_radius);
     return radius;
 }
 
@@ -105,6 +114,39 @@ bool share_introducer(const BeamInput& a, const BeamInput& b)
 
 namespace {
 
+/// Of two instruments that come out of one introducer and touch each other.
+void check_bore(const Scene& scene, const BeamInput& a, const BeamInput& b, const std::string& why,
+                Findings& findings)
+{
+    if (!share_introducer(a, b)) return;
+    const auto names = [](const ContactLaw& law, const std::string& one, const std::string& two) {
+        return (law.between[0] == one || law.between[0] == "*") &&
+               (law.between[1] == two || law.between[1] == "*");
+    };
+    const auto law = std::ranges::find_if(scene.contact, [&](const ContactLaw& l) {
+        return names(l, a.name, b.name) || names(l, b.name, a.name);
+    });
+    if (law == scene.contact.end()) return;
+    const std::string pair = fmt::format("/contact/{}/between", law - scene.contact.begin());
+    const double a_in_b = narrowest_bore(b.segments) - widest(a.segments),
+                 b_in_a = narrowest_bore(a.segments) - widest(b.segments);
+    const BeamInput &inner = a_in_b > b_in_a ? a : b, &outer = a_in_b > b_in_a ? b : a;
+    if (!(std::max(a_in_b, b_in_a) > 1e-9 * narrowest_bore(outer.segments)))
+        findings.add(
+            {pair, "/bodies/" + inner.name + "/segments", "/bodies/" + outer.name + "/segments"},
+            fmt::format("\"{}\" of radius {} in the bore of \"{}\", radius {}", inner.name,
+                        widest(inner.segments), outer.name, narrowest_bore(outer.segments)),
+            "an instrument with clearance in the other: radius < inner_radius [m]" + why);
+    for (const BeamInput* w : {&a, &b}) {
+        if (w->plane)
+            findings.add({"/bodies/" + w->name + "/plane", pair}, "a plane",
+                         "nothing: instruments in one another move in space");
+        if (w->hold.given)
+            findings.add({"/bodies/" + w->name + "/hold", pair},
+                         "a tip that is held, of instruments in one another", "no \"hold\"");
+    }
+}
+
 bool has_weight(const Scene& scene)
 {
     return !scene.gravity.isZero() && std::ranges::any_of(scene.beams, [](const BeamInput& b) {
@@ -112,7 +154,31 @@ bool has_weight(const Scene& scene)
     });
 }
 
+/// Where an instrument lies when the run begins.
+Line first_line(const RodInput& rod)
+{
+    return {rod.shape.points[0].at, rod.shape.points[1].at};
+}
+
 } // namespace
+
+bool slide_in_one_another(const RodInput& a, const RodInput& b)
+{
+    if (!a.instrument || !b.instrument || a.name == b.name) return false;
+    const Line one = first_line(a), other = first_line(b);
+    const double scale = one.to.norm() + other.to.norm() + length_of(a.segments);
+    const auto end = [](const RodInput& rod, const Line& line) -> Vec3 { // of its sheath
+        return line.to - rod.fed.front()[1] * (line.to - line.from).normalized();
+    };
+    return (end(a, one) - end(b, other)).norm() <= kInputRoundOff * scale &&
+           ((one.to - one.from).normalized() - (other.to - other.from).normalized()).norm() <=
+               kInputRoundOff;
+}
+
+bool fits_in(const RodInput& inner, const RodInput& outer)
+{
+    return widest(inner.segments) < narrowest_bore(outer.segments);
+}
 
 bool instruments_are_rods(const Scene& scene)
 {
@@ -170,21 +236,17 @@ void check_instrument_rods(const Scene& scene, Findings& findings)
         if (!a || !b || a == b) continue;
         const double apart = distance(sheath_of(*a), sheath_of(*b));
         if (!share_introducer(*a, *b) && !a->introducer.placed() && !b->introducer.placed() &&
-            apart < widest(*a) + widest(*b))
+            apart < widest(a->segments) + widest(b->segments))
             findings.add(
                 {"/bodies/" + b->name + "/introducer", "/bodies/" + a->name + "/introducer"},
                 fmt::format("introducers {:.3g} m apart", apart),
                 fmt::format("at least {:.3g} m apart, the radii of the two, or one place: "
                             "instruments in one another come out of one",
-                            widest(*a) + widest(*b)));
-        if (share_introducer(*a, *b))
-            findings.add(
-                {fmt::format("/contact/{}/between", i)},
-                fmt::format("\"{}\" in \"{}\"", law.between[0], law.between[1]),
-                "instruments in one another in a scene of beams and obstacles alone, without "
-                "`density` or without `gravity`, or introducers apart" +
-                    why);
+                            widest(a->segments) + widest(b->segments)));
     }
+    for (std::size_t k = 0; k < scene.beams.size(); ++k)
+        for (std::size_t l = k + 1; l < scene.beams.size(); ++l)
+            check_bore(scene, scene.beams[k], scene.beams[l], why, findings);
 }
 
 Vec3 introducer_normal(const IntroducerInput& introducer, const std::optional<Vec3>& plane)

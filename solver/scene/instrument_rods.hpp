@@ -15,6 +15,12 @@ bool instruments_are_rods(const Scene& scene);
 /// Whether two instruments come out of one introducer, so that one slides in the other.
 bool share_introducer(const BeamInput& a, const BeamInput& b);
 
+/// The same of instruments as rods.
+bool slide_in_one_another(const RodInput& a, const RodInput& b);
+
+/// Whether an instrument has room in the bore of another one, all along.
+bool fits_in(const RodInput& inner, const RodInput& outer);
+
 /// Adds an Issue for each feature of such a scene's instruments that rods do not have.
 void check_instrument_rods(const Scene& scene, Findings& findings);
 

@@ -590,6 +590,8 @@ std::unique_ptr<BodySystem> build_bodies(const Scene& scene, const std::vector<O
                 const bool by_mesh = second_is_slave(false);
                 swap = faces_alone ? second_is_slave(true) : by_mesh;
                 p.names_b = swap != by_mesh;
+            } else if (a.rod && b.rod) {
+                swap = a.rod->lies_in(*b.rod); // the outer one first
             } else
                 swap = !a.rod && (b.rod || (b.solid && !a.solid)); // rods first, then solids
         }

@@ -1,3 +1,4 @@
+#include "contact/rigid/shape_distance.hpp"
 #include "contact/surface/collocation.hpp"
 #include "contact/surface/facets.hpp"
 #include "contact/surface/overlap.hpp"

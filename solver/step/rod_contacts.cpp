@@ -1,3 +1,4 @@
+#include "contact/curve/bore_contact.hpp"
 #include "contact/curve/curve_contact.hpp"
 #include "contact/rigid/broad_phase.hpp"
 #include "mesh/box_tree.hpp"
@@ -196,7 +197,12 @@ void ContactFinder::rod_on_any(const std::vector<BodyRef>& bodies, int pair, Bod
                       reach_, known, found);
     } else if (p.b == p.a) {
         touch_curve(own, rod.stations(), own, reach_, found);
-    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
+    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod; second->lies_in(rod)) {
+        const Curve inner = second->curve();
+        const std::vector<double> bore = rod.bore();
+        touch_bore({own, inner, bore, rod.first_outside(), second->first_outside()}, rod.stations(),
+                   reach_, found);
+    } else {
         touch_curve(own, rod.stations(), second->curve(), reach_, found);
     }
     store_known(
@@ -250,6 +256,9 @@ void ContactFinder::sweep_rods(const std::vector<BodyRef>& bodies)
 bool ContactFinder::rod_passed(const std::vector<BodyRef>& bodies, const ContactPair& pair)
 {
     const RodBody& rod = *bodies[std::size_t(pair.a)].rod;
+    if (const RodBody* b = pair.b < 0 ? nullptr : bodies[std::size_t(pair.b)].rod;
+        b && b->lies_in(rod))
+        return false; // how deep it is in the bore's wall shows where it is
     const AxisBox& box = swept_[std::size_t(pair.a)]; // its ways are straight: within
     WallHint hint;
     if (pair.b >= 0) {

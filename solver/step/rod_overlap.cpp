@@ -1,3 +1,4 @@
+#include "contact/curve/bore_contact.hpp"
 #include "contact/surface/overlap.hpp"
 #include "mesh/box_tree.hpp"
 #include "mesh/wall.hpp"
@@ -132,7 +133,14 @@ void ContactFinder::overlaps_of_rod(const std::vector<BodyRef>& bodies, int pair
             if (foot && (all || std::abs(foot->distance) <= 2 * s.radius))
                 keep_deepest(s.x, s.radius - foot->distance);
         }
-    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod) {
+    } else if (const RodBody* second = bodies[std::size_t(p.b)].rod; second->lies_in(rod)) {
+        radius = std::min(radius, second->least_radius());
+        const Curve outer = rod.curve(), inner = second->curve();
+        const std::vector<double> bore = rod.bore();
+        const BoreOverlap in_wall =
+            bore_overlap({outer, inner, bore, rod.first_outside(), second->first_outside()});
+        keep_deepest(in_wall.point, in_wall.depth);
+    } else {
         const bool itself = p.a == p.b;
         const std::vector<Sample> others = itself ? own : samples_of(*second);
         radius = std::min(radius, second->least_radius());

@@ -111,7 +111,8 @@ Mat24 geometry(const RodBody& a, const RodBody* b, const RodContactState& s, con
         q = b->line(s.b);
         J.rightCols<12>() = -q.J;
         // Along n: a place in a sheath is stood for by its end, along the sheath and so across n.
-        S = (Mat3::Identity() - n * n.transpose()) / std::abs(n.dot(p.x - q.x));
+        // In a bore n is from the outer middle line to the inner one: the sign is the other one.
+        S = (Mat3::Identity() - n * n.transpose()) / n.dot(p.x - q.x);
         k.bottomRightCorner<12, 12>() += b->force_stiffness(s.b, -force);
     }
     k -= r * (J.transpose() * S * J);
@@ -130,7 +131,10 @@ Mat24 geometry(const RodBody& a, const RodBody* b, const RodContactState& s, con
         own(1, 1) = q.slope.dot(S * q.slope) - n.dot(q.bend);
     }
     if (slides == 2) own(0, 1) = own(1, 0) = -p.slope.dot(S * q.slope);
-    if (own(0, 0) > 0 && own.determinant() > 1e-6 * own(0, 0) * own(1, 1))
+    // The distance is least there: the gap as well, and in a bore it is largest.
+    const double sign = b && n.dot(p.x - q.x) < 0 ? -1 : 1;
+    const double det = own.determinant();
+    if (slides == 1 ? sign * det > 0 : own(0, 0) > 0 && det > 1e-6 * own(0, 0) * own(1, 1))
         k += r * (mixed * own.inverse() * mixed.transpose());
     return k;
 }

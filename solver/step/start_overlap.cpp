@@ -43,17 +43,21 @@ std::vector<Vec3> places_inside(const BodyRef& body)
     return some;
 }
 
-/// True if the overlap can be pressed out or taken as a fit: not of rods, nor where contacts
-/// between meshes do not distinguish their near sides from their far ones.
+/// True if the overlap can be pressed out or taken as a fit: not where contacts do not distinguish
+/// the near sides of meshes from their far ones, or those of rods beyond their middle lines.
 bool can_resolve(BodySystem& system, const BodyOverlap& o, bool dynamic)
 {
     constexpr double kOfThickness = 0.5;
-    if (system.refs[std::size_t(o.a)].rod) return false;
-    if (dynamic && std::ranges::any_of(system.refs, [](const BodyRef& b) { return b.rod; }))
-        return false; // a rod in motion would continue while others are pressed apart
-    if (o.b < 0) return true;
-    return o.depth < kOfThickness * std::min(system.finder.thickness(system.refs, o.a),
-                                             system.finder.thickness(system.refs, o.b));
+    // Strained rods would move by themselves while bodies in motion are pressed apart.
+    if (dynamic && std::ranges::any_of(system.refs, [](const BodyRef& b) {
+            return b.rod && !b.rod->rests_in_first_shape();
+        }))
+        return false;
+    const bool rod = system.refs[std::size_t(o.a)].rod;
+    if (o.b < 0 && !rod) return true;
+    double thinner = system.finder.thickness(system.refs, o.a);
+    if (o.b >= 0) thinner = std::min(thinner, system.finder.thickness(system.refs, o.b));
+    return o.depth < kOfThickness * thinner;
 }
 
 } // namespace
@@ -148,7 +152,9 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
         // The first step presses small pairs out of each other at once.
         if (how != StartOverlap::refuse && o.pair >= 0 && pairs[std::size_t(o.pair)].small)
             continue;
-        if (how != StartOverlap::refuse && o.pair >= 0 && can_resolve(system, o, dynamic)) {
+        const bool rod = system.refs[std::size_t(o.a)].rod; // whose contacts have no fixed place
+        const bool separates = how == StartOverlap::resolve || (how == StartOverlap::close && !rod);
+        if (separates && o.pair >= 0 && can_resolve(system, o, dynamic)) {
             inside[std::size_t(o.pair)] = std::max(inside[std::size_t(o.pair)], o.depth);
             continue;
         }
@@ -161,11 +167,15 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     if (some && worst.empty()) system.finder.set_start_overlaps(system.refs, dynamic, inside);
     for (const auto& [bodies, o] : worst)
         found.push_back({file, "/contact", describe(*o, system) + " when the run begins",
-                         fmt::format("<= {:.3g} m{}{}", o->allowed,
+                         fmt::format("<= {:.3g} m{}{}{}", o->allowed,
                                      o->pair >= 0 && can_resolve(system, *o, dynamic)
                                          ? "; \"start_overlap\": \"resolve\" presses them out of "
-                                           "each other, \"close\" takes gaps and overlaps of "
-                                           "surfaces that should fit for none"
+                                           "each other"
+                                         : "",
+                                     o->pair >= 0 && !system.refs[std::size_t(o->a)].rod &&
+                                             can_resolve(system, *o, dynamic)
+                                         ? ", \"close\" takes gaps and overlaps of surfaces that "
+                                           "should fit for none"
                                          : "",
                                      o->obstacle >= 0 && o->b < 0
                                          ? side_hint(scene, obstacles[std::size_t(o->obstacle)])

@@ -7,6 +7,7 @@
 #include "mesh/tests/relative.hpp"
 #include "solver/obstacle/build.hpp"
 #include "solver/scene/read.hpp"
+#include "solver/scene/tests/issues_of.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -159,6 +160,17 @@ std::vector<InSeries> handles_in_series()
          in_hand("handle", wire + ", " + small + "[0.05, 0, 0]}}",
                  couple("ball", "wire", "[0.05, 0, 0]")),
          3 * EI / (L * L * L), 2e-4, 0, 0.01},
+        {"a rigid body on the tip of a catheter with a wire in it, which fills its bore nearly",
+         in_hand("handle",
+                 replaced(wire, "\"radius\": 5e-4", "\"radius\": 4.99e-4") +
+                     R"(, "catheter": {"kind": "beam", "segments": [{"length": 0.1, "radius": 8e-4,
+                     "inner_radius": 5e-4, "EI": 2e-3, "element": 2.5e-3}],
+                     "introducer": {"at": [0, 0, 0], "direction": [1, 0, 0]},
+                     "drive": {"insertion": [[0, 0.05], [10, 0.05]]}}, )" +
+                     small + "[0.05, 0, 0.0029]}}",
+                 R"("contact": [{"between": ["handle", "catheter"]},
+                     {"between": ["wire", "catheter"], "friction": 0}])"),
+         3 * (EI + 2e-3) / (L * L * L), -3e-4, 1e-4, 0.03},
         {"a stiff solid on a wire, at the edge of the solid",
          in_hand("pad",
                  R"("pad": {"kind": "solid", "youngs_modulus": 1e8, "poisson_ratio": 0.3,
