@@ -185,7 +185,9 @@ TEST_CASE("a catheter with a wire in it pushes a free box with what its friction
         CHECK(c.value("catheter_push_force") + c.value("wire_push_force") ==
               relative(slides).epsilon(1e-4));
         if (in_bore == 0) CHECK(std::abs(c.value("wire_push_force")) < 1e-4 * slides);
-        const Result w = done(before_box(0.02, 0.06, in_bore, false, 0.1));
+        // A box ahead of a point that pushes it is unstable: in a step longer than itself it may
+        // turn and come to lie beside the wire.
+        const Result w = done(before_box(0.02, 0.06, in_bore, false, 0.05));
         CHECK(w.value("catheter_push_force") + w.value("wire_push_force") ==
               relative(slides).epsilon(1e-4));
         if (in_bore == 0) CHECK(std::abs(w.value("catheter_push_force")) < 1e-4 * slides);
