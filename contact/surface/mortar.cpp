@@ -40,10 +40,6 @@ constexpr double kWholeOverlap = 0.995, kPart = 0.9;
 /// the side of a block that is pressed until it rolls onto the floor would be included at once,
 /// with its whole gap.
 constexpr double kFullyFacing = 0.6;
-/// The weight of what lies beyond the reach decreases from 1, at this share of the range beyond it,
-/// to 0 at its end: else the side of a box that the faces beside it come near would be included at
-/// once, with a gap as large as the reach.
-constexpr double kFullRange = 0.5;
 /// More than the facet's area is covered: the master has layers.
 constexpr double kTwice = 1e-9;
 /// Segments with less of the facet's area are round-off.
@@ -299,7 +295,9 @@ private:
     }
 
     /// What a segment counts for: a face that turns towards the other surface, or comes within
-    /// reach, is included gradually.
+    /// reach, is included gradually: else the side of a box that the faces beside it come near
+    /// would be included at once, with a gap as large as the reach. All that is searched beyond the
+    /// reach serves for it: within half of that, blocks that roll onto a floor find no balance.
     double weight_(const Facet& slave, const Facet& master, double gap) const
     {
         const auto smooth = [](double x) {
@@ -308,7 +306,7 @@ private:
         };
         const double cosine = std::abs(slave.normal.dot(master.normal)), range = range_(slave);
         return smooth((cosine - kFacing) / (kFullyFacing - kFacing)) *
-               smooth((range - std::abs(gap)) / ((1 - kFullRange) * (range - reach_)));
+               smooth((range - std::abs(gap)) / (range - reach_));
     }
 
     /// All segments of a face with a master that does not bend.
