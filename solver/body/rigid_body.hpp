@@ -38,6 +38,8 @@ public:
     /// Velocity of the centre of mass [m/s].
     const Vec3& centre_velocity() const { return state_.velocity; }
     const Vec3& spin() const { return state_.spin; } ///< [rad/s]
+    /// Its weight and loads at a time, as the last step has them [N, N m].
+    std::pair<Vec3, Vec3> loads(double t) const { return {force(t), torque(t)}; }
 
     StepMatrix& matrix() override { return *this; }
     const StepMatrix& matrix() const override { return *this; }

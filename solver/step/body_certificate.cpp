@@ -330,6 +330,9 @@ void BodyStepper::fill_report()
     for (const CouplingRow& row : joints_)
         report_.coupling_place.push_back(row.point_b);
     const double per_force = step_.dynamic ? 1 / step_.h : 1;
+    std::set<BodySystem::Key> at_start;
+    for (const BodyContact& c : rubbed_.contact)
+        at_start.insert({c.pair, c.id});
     std::vector<Vec3> on_body(bodies(), Vec3::Zero()), torque(bodies(), Vec3::Zero());
     std::vector<Vec3> moment(bodies(), Vec3::Zero());
     for (int c = 0; c < n_contacts + int(system_.couplings.size()); ++c) {
@@ -382,16 +385,17 @@ void BodyStepper::fill_report()
         Vec3 mean = tangential;
         if (!step_.dynamic) {
             const auto known = system_.warm_friction.find(key(c));
-            if (known != system_.warm_friction.end())
+            const bool rods = is_of_crossing_rods(system_, contact);
+            if (known != system_.warm_friction.end() && (rods || at_start.count(key(c)) == 0))
                 mean = 0.5 * (tangential + known->second);
-            else if (!is_of_crossing_rods(system_, contact))
+            else if (!rods)
                 mean *= 0.5;
             if (!tangential.isZero(0)) friction_[key(c)] = tangential;
         }
         report_.friction -= mean.dot(d);
         report_.normal_work += n.dot(force) * n.dot(d);
     }
-    report_.friction += friction_of_departed();
+    report_.friction += friction_of_start();
     for (std::size_t b = 0; b < bodies(); ++b) {
         if (RigidBody* rigid = system_.refs[b].rigid) rigid->add_reaction(on_body[b], torque[b]);
         if (step_.dynamic) body(b).set_contact_moment(moment[b]);
@@ -408,18 +412,13 @@ void BodyStepper::note_friction_before()
             rubbed_.contact.push_back(k);
 }
 
-/// By the trapezoid rule the friction where a step begins acts through half of it also at contacts
-/// that are none at its end: the force has passed on, to a place of which half is missing too.
-double BodyStepper::friction_of_departed() const
+/// By the trapezoid rule the friction where a step begins acts through half of it, on what it acted
+/// on there: faces of both sides have other nodes beneath them where the step ends, and these have
+/// moved otherwise.
+double BodyStepper::friction_of_start() const
 {
-    if (rubbed_.contact.empty()) return 0;
-    std::set<BodySystem::Key> now;
-    for (const BodyContact& c : list_.contact)
-        now.insert({c.pair, c.id});
     double sum = 0;
     for (const BodyContact& c : rubbed_.contact) {
-        const BodySystem::Key k{c.pair, c.id};
-        if (now.count(k) > 0) continue;
         // displacement() takes the point where the body is now; known is where it was. Two
         // repetitions leave an error of third order in the turn.
         const auto moved = [](const Body& of, BodyPlace at) {
@@ -430,7 +429,7 @@ double BodyStepper::friction_of_departed() const
         };
         Vec3 d = moved(body(std::size_t(c.a)), rubbed_.place_a(c));
         if (c.b >= 0) d -= moved(body(std::size_t(c.b)), rubbed_.place_b(c));
-        sum -= 0.5 * system_.warm_friction.at(k).dot(d);
+        sum -= 0.5 * system_.warm_friction.at({c.pair, c.id}).dot(d);
     }
     return sum;
 }

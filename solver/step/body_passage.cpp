@@ -23,13 +23,14 @@ double longest_motion(const SolidBody& solid)
     return std::sqrt(squared);
 }
 
-/// Whether the middle of a convex body has been in an obstacle on its way through the step: then
-/// the body passes through it, or is on the wrong side of it.
-bool middle_enters(const RigidBody& body, const std::function<WallSample(const Vec3&)>& distance)
+/// Whether the middle of a convex body has been in another on its way through the step: then the
+/// body passes through it, or is on the wrong side of it.
+/// @param way  of its place, past the other [m]
+bool middle_enters(const RigidBody& body, const Vec3& from, const Vec3& way,
+                   const std::function<WallSample(const Vec3&)>& distance)
 {
     constexpr int kMost = 1000; // samples; with the shortest way between two, they are enough
     if (std::holds_alternative<TriangleShape>(body.shape())) return false;
-    const Vec3 from = body.start_placement().shift, way = body.placement().shift - from;
     const AxisBox box = axis_box(body.shape(), {});
     const double length = way.norm();
     if (!(length > 0.5 * (box.high - box.low).minCoeff())) return false;
@@ -41,6 +42,17 @@ bool middle_enters(const RigidBody& body, const std::function<WallSample(const V
         at += std::max(free, length / kMost);
     }
     return false;
+}
+
+/// The same through another rigid body, as seen from that.
+bool middle_enters(const RigidBody& body, const RigidBody& other)
+{
+    const auto seen = [](const Placement& place, const Placement& from) -> Vec3 {
+        return from.turn.conjugate() * (place.shift - from.shift);
+    };
+    const Vec3 from = seen(body.start_placement(), other.start_placement()),
+               to = seen(body.placement(), other.placement());
+    return middle_enters(body, from, to - from, distance_from(other, Placement()));
 }
 
 } // namespace
@@ -75,8 +87,10 @@ bool ContactFinder::passed(const std::vector<BodyRef>& bodies, const ContactPair
         std::vector<RigidContact> now;
         detect(a.rigid->shape(), pose_of(a.rigid->placement()), b.rigid->shape(),
                pose_of(b.rigid->placement()), pair.reach, now);
-        return now.empty() &&
-               first_touch(a.rigid->shape(), before(*a.rigid), pose_of(a.rigid->placement()),
+        // Contacts there may be those of the far side.
+        if (!now.empty())
+            return middle_enters(*a.rigid, *b.rigid) || middle_enters(*b.rigid, *a.rigid);
+        return first_touch(a.rigid->shape(), before(*a.rigid), pose_of(a.rigid->placement()),
                            b.rigid->shape(), before(*b.rigid), pose_of(b.rigid->placement())) < 1;
     }
     std::vector<Vec3> before_a, after_a, before_b, after_b; // of rigid bodies
@@ -105,7 +119,10 @@ std::string ContactFinder::passed(const std::vector<BodyRef>& bodies)
         if (!p.small &&
             (a.rod      ? rod_passed(bodies, p)
              : p.b >= 0 ? passed(bodies, p)
-                        : a.rigid && middle_enters(*a.rigid, distance_from_obstacle(p))))
+                        : a.rigid && middle_enters(*a.rigid, a.rigid->start_placement().shift,
+                                                   a.rigid->placement().shift -
+                                                       a.rigid->start_placement().shift,
+                                                   distance_from_obstacle(p))))
             return fmt::format("{} passes through {}", bodies[std::size_t(p.a)].name,
                                p.b < 0      ? "an obstacle"
                                : p.b == p.a ? "itself"

@@ -11,7 +11,6 @@ namespace amontons {
 namespace {
 
 constexpr double kOverlap = 1e-6; // of a body's size: more is no error of the steps
-constexpr double kUndone = 0.2;   // of it in one step
 
 } // namespace
 
@@ -203,7 +202,7 @@ void choose_rows(const Rows& all, Rows& p)
 }
 
 void row_values(const Contacts& k, const StepInput& step, std::span<const FollowedContact> followed,
-                std::vector<Vec3>& all)
+                double undone, std::vector<Vec3>& all)
 {
     const int contacts = int(k.all.contact.size());
     all.resize(std::size_t(contacts) + k.couplings.size());
@@ -248,12 +247,11 @@ void row_values(const Contacts& k, const StepInput& step, std::span<const Follow
         else if (contact.sliding_at_start)
             all[c].tail<2>() += contact.frame.rightCols<2>().transpose() * past / step.rule.end;
         all[c][0] = contact.gap / lever;
-        // An overlap at the start is removed over several steps: at once it would separate the
-        // bodies at a high velocity.
+        // An overlap at the start is removed over several steps.
         const double size = k.bodies[std::size_t(contact.a)].body->size();
         const double left =
             ways ? ways->gap : contact.gap - lever * now - step.h * contact.frame.col(0).dot(past);
-        if (left < -kOverlap * size) all[c][0] += (1 - kUndone) * (-left) / lever;
+        if (left < -kOverlap * size) all[c][0] += (1 - undone) * (-left) / lever;
         // What overlaps at the start is separated before time 0, where nothing strikes.
         if (pair.restitution > 0 && step.start >= 0) {
             // Newton's law where the surfaces would touch within the step, in Moreau's form: what

@@ -82,9 +82,10 @@ void choose_rows(const Rows& all, Rows& p);
 /// Value of every row at the iterate: gap and slip [m] (quasi-static), or the excess of the normal
 /// velocity at the end over its admissible least value, and the velocity of slip [m/s] (dynamic).
 /// @param followed  of every contact, in steps that evaluate rows at their end; else empty
+/// @param undone    share of overlaps at the start that dynamic steps undo (ratio)
 /// @param all       out: of every contact and coupling, three numbers each
 void row_values(const Contacts& k, const StepInput& step, std::span<const FollowedContact> followed,
-                std::vector<Vec3>& all);
+                double undone, std::vector<Vec3>& all);
 
 /// G with G^T G = C^T A^+ C of a body.
 Eigen::MatrixXd compliance_root(StepMatrix& A, const SparseColumns& C);

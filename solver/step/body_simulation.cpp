@@ -398,7 +398,8 @@ std::optional<StepResult> BodySimulation::State::step_on(double not_beyond)
     while (true) {
         const bool shorter = h > least * (1 + 1e-9);
         if (advance(h)) {
-            if (!(shorter && generates_energy()) && leave_unstable(shorter)) break;
+            const bool apart = part_struck_bodies();
+            if (!(shorter && (!apart || generates_energy())) && leave_unstable(shorter)) break;
             put_back(before);
         }
         if (*stop) return refused("");

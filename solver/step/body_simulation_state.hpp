@@ -124,6 +124,7 @@ struct BodySimulation::State {
     void put_back(const BeforeStep& before);
     std::vector<std::byte> bytes_for(const State& next) const;
     EnergyVerdict judge_energy(const BeforeStep& before, double h);
+    bool part_struck_bodies();
     double within_reach(double h) const;
     StepRecord record(double h, double seconds);
     StepResult record_accepted(StepRecord record);

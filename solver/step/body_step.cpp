@@ -168,7 +168,7 @@ void BodyStepper::find()
         if (step_.follows) start_following();
     }
     find_joints();
-    row_values(contacts(), step_, contacts_on_, value_);
+    row_values(contacts(), step_, contacts_on_, options_.undone, value_);
     moved_.clear();
     for (const BodyContact& c : list_.contact)
         moved_.push_back(c.frame.col(0).dot(moved(c)));

@@ -85,6 +85,9 @@ struct BodyStepOptions {
     bool may_lag = false;
     /// All that is prescribed is what the scene prescribes, from its start on.
     bool of_scene = false;
+    /// Of what bodies in motion overlap by where the step starts, undone in it (ratio): all at once
+    /// would give them a high velocity.
+    double undone = 0.2;
     bool explain = true; ///< find the reason where a step is refused, which takes time
     /// Set from outside, it ends the step as not accepted; none if null.
     const std::atomic<bool>* stop = nullptr;

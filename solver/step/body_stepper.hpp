@@ -193,7 +193,7 @@ private:
     bool part_ = false, refuse_path_ = false; ///< see begin_from(), refuse_path()
     void find_at_start();
     void note_friction_before();
-    double friction_of_departed() const;
+    double friction_of_start() const;
 
     BodyContacts list_, list_before_, at_start_;
     /// A contact that appeared and disappeared, as it was found.
@@ -205,6 +205,7 @@ private:
     };
     std::map<BodySystem::Key, HeldContact> stays_;
     std::map<BodySystem::Key, int> lost_;     ///< how often contacts with a force were
+    std::map<BodySystem::Key, Vec3> turned_;  ///< the last jump of a contact's normal
     bool frozen_ = false, measuring_ = false; ///< contacts stay as found; are found all the same
     int freezes_ = 0;
     double lag_ = 0;

@@ -17,7 +17,7 @@ constexpr std::size_t kMostPairs = 1u << 20, kPerReport = 4, kPerSize = 8; // nu
 } // namespace
 
 void OverlapLog::add(const BodySystem& system, const BodyStepReport& report, int step,
-                     std::vector<std::string>& warnings)
+                     std::vector<std::string>& warnings, bool parted)
 {
     for (const ContactSize& now : contact_sizes(system, report, largest))
         largest[now.pair] = now;
@@ -31,7 +31,9 @@ void OverlapLog::add(const BodySystem& system, const BodyStepReport& report, int
         last = o.depth;
         if (reported.size() > kMostSentences) continue;
         warnings.push_back(fmt::format("step {}: {}, {}; {} leaves less", step, describe(o, system),
-                                       o.depth > o.silent
+                                       parted ? "after impacts within the step, and were separated "
+                                                "without a change of velocity"
+                                       : o.depth > o.silent
                                            ? fmt::format("more than {:.3g} m", o.silent)
                                            : "more than half of the indentation",
                                        o.own.count > 0 ? "a finer mesh there" : "a shorter step"));

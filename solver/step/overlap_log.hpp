@@ -19,8 +19,9 @@ struct OverlapLog {
 
     /// Takes an accepted step. Appends a sentence where a pair's overlap is 1.5 times as deep as
     /// the last that was reported.
+    /// @param parted  impacts within the step left the overlaps, which are removed now
     void add(const BodySystem& system, const BodyStepReport& report, int step,
-             std::vector<std::string>& warnings);
+             std::vector<std::string>& warnings, bool parted = false);
     /// Of pairs whose contact was narrower than a face when its force was largest.
     std::vector<std::string> small_contacts(const BodySystem& system) const;
 

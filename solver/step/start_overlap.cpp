@@ -173,11 +173,11 @@ std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
     return found;
 }
 
-BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options)
+BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options, double time)
 {
     StepInput input;
-    input.h = 1;
-    input.start = -input.h; // drives stand where they begin
+    input.start = -1;
+    input.h = time - input.start;
     input.dynamic = true;
     input.load = 0;
     std::vector<std::vector<double>> velocities(system.bodies.size());

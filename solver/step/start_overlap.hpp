@@ -14,10 +14,11 @@ namespace amontons {
 std::vector<Issue> start_overlaps(BodySystem& system, const Scene& scene,
                                   const std::vector<Obstacle>& obstacles);
 
-/// Of bodies in motion that begin inside each other: a step of a second up to the start of the run,
-/// at rest, without weight and loads, so that places change by the least motion that masses and
-/// stiffness allow. Velocities are kept.
-BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options);
+/// Of bodies in motion that are inside each other: a step that nothing strikes in, from a second
+/// before the start of the run to `time`, at rest, without weight and loads, so that places change
+/// by the least motion that masses and stiffness allow. Velocities are kept.
+/// @param time  where what is driven stands [s]
+BodyStepReport separation_step(BodySystem& system, const BodyStepOptions& options, double time = 0);
 
 /// The depth of rigid bodies in motion in each other where they begin, as far as a step would not
 /// undo it at once: less than what a start is refused for [m]. 0 where anything could be strained.
