@@ -1,6 +1,7 @@
 #include "contact/surface/polygon.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace amontons {
 
@@ -52,17 +53,28 @@ void keep_left(const ConvexPolygon& p, const Vec2& a, const Vec2& b, ConvexPolyg
     if (out.count < 3) out.count = 0;
 }
 
+namespace {
+
+/// The least and the largest of twice_area() over the corners of p, which has one.
+std::pair<double, double> sides_of(const Vec2& a, const Vec2& b, const ConvexPolygon& p)
+{
+    double least = twice_area(a, b, p[0]), most = least;
+    for (int i = 1; i < p.count; ++i) {
+        const double side = twice_area(a, b, p[i]);
+        least = std::min(least, side);
+        most = std::max(most, side);
+    }
+    return {least, most};
+}
+
+} // namespace
+
 Shared shared_with(const ConvexPolygon& q, const ConvexPolygon& p)
 {
     Shared shared = p.count == 0 ? Shared::nothing : Shared::all;
     for (int k = 0; k < q.count && shared != Shared::nothing; ++k) {
         const Vec2 &a = q[k], &b = q[k + 1 < q.count ? k + 1 : 0];
-        double least = twice_area(a, b, p[0]), most = least;
-        for (int i = 1; i < p.count; ++i) {
-            const double side = twice_area(a, b, p[i]);
-            least = std::min(least, side);
-            most = std::max(most, side);
-        }
+        const auto [least, most] = sides_of(a, b, p);
         if (!(most > 0))
             shared = Shared::nothing;
         else if (least < 0)
@@ -77,12 +89,7 @@ bool cut_to(const ConvexPolygon& q, ConvexPolygon& p)
     ConvexPolygon rest;
     for (int k = 0; k < q.count; ++k) {
         const Vec2 &a = q[k], &b = q[k + 1 < q.count ? k + 1 : 0];
-        double least = twice_area(a, b, p[0]), most = least;
-        for (int i = 1; i < p.count; ++i) {
-            const double side = twice_area(a, b, p[i]);
-            least = std::min(least, side);
-            most = std::max(most, side);
-        }
+        const auto [least, most] = sides_of(a, b, p);
         if (!(most > 0)) return false;
         if (!(least < 0)) continue;
         keep_left(p, a, b, rest);
