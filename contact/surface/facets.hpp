@@ -103,7 +103,7 @@ struct FaceSpot {
 /// Place and derivatives of a face at xi.
 FaceSpot spot(const FaceInPlane& face, const Vec2& xi);
 
-/// The point of the face over z, by Newton's method.
+/// The point of the face over z: in closed form for quadrilaterals, by Newton's method for others.
 /// @param start  near it on the reference face
 /// @return  nothing if there is none on the reference face or close to it
 std::optional<FaceSpot> locate(const FaceInPlane& face, const Vec2& z, const Vec2& start);
