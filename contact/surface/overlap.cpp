@@ -378,6 +378,29 @@ Extent extent_along(const Vec3& direction, const ExternalSurface& surface,
     return e;
 }
 
+void measure_faces(const PlacedSurface& a, const PlacedSurface& b, const Shallow& shallow,
+                   OverlapSpot& s)
+{
+    // All faces that share either place count: which comes first is arbitrary.
+    std::vector<std::size_t> own_faces, other_faces;
+    faces_at(a, s.own, -s.normal, own_faces);
+    faces_at(b, s.other, s.normal, other_faces);
+    s.face = std::numeric_limits<double>::infinity();
+    for (const std::size_t f : own_faces)
+        s.face = std::min(s.face, longest_edge(a.facets.surface(), f, a.places));
+    for (const std::size_t f : other_faces)
+        s.face = std::min(s.face, longest_edge(b.facets.surface(), f, b.places));
+    const auto least = [&](const PlacedSurface& of, const std::vector<std::size_t>& faces) {
+        double bulge = s.face;
+        for (const std::size_t f : faces)
+            bulge = std::min(bulge, bulge_of_face(of, f, s.face));
+        return bulge;
+    };
+    if (shallow(s)) return;
+    s.bulge = least(a, own_faces) + least(b, other_faces);
+    s.bulge_at_rest = least(without_strain(a), own_faces) + least(without_strain(b), other_faces);
+}
+
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots,
                    const Shallow& shallow)
 {
@@ -429,36 +452,17 @@ void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<O
     // ---- Depth at a place; places of edges
     if (distance.empty()) return;
     std::int32_t hint = -1;
-    std::vector<std::size_t> own_faces, other_faces;
     const auto note = [&](const SurfacePlace& own, const Vec3& x) {
         const std::optional<FaceDistance::Foot> foot = distance.at(x, hint);
         // Deeper places may be nearer to a triangle that was left out.
         if (!foot || !(foot->distance < 0) || -foot->distance > room) return foot;
-        // All faces that share either place count: which comes first is arbitrary.
-        faces_at(a, own, -foot->normal, own_faces);
         OverlapSpot s;
         s.depth = -foot->distance;
         s.point = x;
         s.own = own;
         s.other = distance.place_of(*foot);
         s.normal = foot->normal;
-        faces_at(b, s.other, foot->normal, other_faces);
-        s.face = std::numeric_limits<double>::infinity();
-        for (const std::size_t f : own_faces)
-            s.face = std::min(s.face, longest_edge(surface, f, a.places));
-        for (const std::size_t f : other_faces)
-            s.face = std::min(s.face, longest_edge(b.facets.surface(), f, b.places));
-        const auto least = [&](const PlacedSurface& of, const std::vector<std::size_t>& faces) {
-            double bulge = s.face;
-            for (const std::size_t f : faces)
-                bulge = std::min(bulge, bulge_of_face(of, f, s.face));
-            return bulge;
-        };
-        if (!shallow(s)) {
-            s.bulge = least(a, own_faces) + least(b, other_faces);
-            s.bulge_at_rest =
-                least(without_strain(a), own_faces) + least(without_strain(b), other_faces);
-        }
+        measure_faces(a, b, shallow, s);
         spots.push_back(s);
         return foot;
     };

@@ -121,6 +121,10 @@ struct Shallow {
     }
 };
 
+/// Sizes of the faces that a spot's places of a and b lie on, and, where it is not shallow, bulges.
+void measure_faces(const PlacedSurface& a, const PlacedSurface& b, const Shallow& shallow,
+                   OverlapSpot& spot);
+
 /// Places of a that are inside the body of b; their depth is that below b.
 /// Cost: O(n log n) where their boxes overlap.
 void overlap_spots(const PlacedSurface& a, const PlacedSurface& b, std::vector<OverlapSpot>& spots,

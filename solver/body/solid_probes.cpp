@@ -4,8 +4,8 @@
 #include "mesh/format/columns.hpp"
 #include "solver/solid/assembly.hpp"
 #include "solver/solid/face_load.hpp"
+#include "solver/solid/place_in.hpp"
 
-#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
@@ -14,30 +14,6 @@
 
 namespace amontons {
 namespace {
-
-/// Where a place is in an element, and how far outside, in its own coordinates (<= 0: inside).
-struct PlaceIn {
-    Vec3 xi = Vec3::Zero();
-    double outside = std::numeric_limits<double>::infinity();
-};
-
-PlaceIn place_in(ElementKind kind, const ElementPlaces& X, const Vec3& x)
-{
-    PlaceIn p;
-    const bool brick = kind == ElementKind::H8;
-    p.xi = brick ? Vec3(Vec3::Zero()) : Vec3(Vec3::Constant(0.25));
-    for (int step = 0; step < 30; ++step) { // one step finds it where sides are straight
-        const Vec3 missing = x - X * shape_values(kind, p.xi);
-        const Mat3 J = X * shape_gradients(kind, p.xi).transpose();
-        if (std::abs(J.determinant()) <= std::numeric_limits<double>::min()) return {};
-        const Vec3 change = J.inverse() * missing;
-        p.xi += change;
-        if (!p.xi.allFinite() || p.xi.cwiseAbs().maxCoeff() > 10) return {};
-        if (change.cwiseAbs().maxCoeff() < 1e-14) break;
-    }
-    p.outside = brick ? p.xi.cwiseAbs().maxCoeff() - 1 : std::max(-p.xi.minCoeff(), p.xi.sum() - 1);
-    return p;
-}
 
 /// The element around a place. @return  whether there is one
 bool find_place(const VolumeMesh& mesh, const Vec3& at, ProbeInput::Found& found)

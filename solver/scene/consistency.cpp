@@ -296,9 +296,6 @@ void check_self(const Scene& scene, const ContactLaw& law, const std::string& pl
         findings.add({place}, with + ", \"discretisation\": \"nodal\"", "\"mortar\"");
     else if (law.sliding == "small")
         findings.add({place}, with + ", \"sliding\": \"small\"", "\"finite\"");
-    else if (scene.time.kind == "dynamic")
-        findings.add({place}, with + ", \"kind\": \"dynamic\"",
-                     "\"quasi_static\": solids do not touch themselves in motion yet");
 }
 
 /// Of a contact law whose obstacle is springs.

@@ -2,10 +2,12 @@
 #include "contact/rigid/shape_distance.hpp"
 #include "contact/surface/facets.hpp"
 #include "contact/surface/passage.hpp"
+#include "contact/surface/self_overlap.hpp"
 #include "mesh/box_tree.hpp"
 #include "solver/body/rigid_body.hpp"
 #include "solver/body/rod_body.hpp"
 #include "solver/body/solid_body.hpp"
+#include "solver/solid/place_in.hpp"
 #include "solver/step/body_contacts.hpp"
 #include "solver/step/byte_stream.hpp"
 
@@ -225,8 +227,7 @@ std::vector<std::string> ContactFinder::not_measured(const std::vector<BodyRef>&
     std::vector<std::string> sentences;
     for (std::size_t k = 0; k < given_; ++k) {
         const ContactPair& p = pairs_[k];
-        const char* why = p.small ? "\"sliding\" is \"small\""
-                          : p.a == p.b && bodies[std::size_t(p.a)].solid ? "a body and itself"
+        const char* why = p.small            ? "\"sliding\" is \"small\""
                           : !p.end_a.empty() ? "an end of a rod alone touches"
                                              : nullptr;
         if (!why) continue;
@@ -248,7 +249,6 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     const double below_a = below(p.surface_a, p.a), below_b = below(p.surface_b, p.b);
     if (p.b >= 0 && apart(p, std::max(below_a, below_b))) return;
     if (a.rod) return overlaps_of_rod(bodies, pair, out);
-    if (p.a == p.b) return;
     const bool meshes = p.b >= 0 && bodies[std::size_t(p.b)].solid;
     std::vector<OverlapSpot> spots;
     std::optional<SolidBody::Unstrained> unstrained, unstrained_b;
@@ -296,6 +296,8 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
             o.tolerance = rows.tolerance;
             o.rows_beyond =
                 std::min({rows.beyond, kRowsOfThickness * thinner, kRowsOfFace * s.face});
+            // Rows hold two bodies apart.
+            if (p.a == p.b) o.rows_beyond = std::numeric_limits<double>::infinity();
             out.push_back(o);
         }
         spots.clear();
@@ -341,6 +343,20 @@ void ContactFinder::overlaps_of_pair(const std::vector<BodyRef>& bodies, int pai
     }
     const PlacedSurface other{*p.surface_b->facets, b.solid->places(), below_b,
                               b.solid->mesh().nodes};
+    if (p.a == p.b) {
+        const PlacedElements elements(a.solid->mesh(), a.solid->places());
+        const auto inside = [&](const Vec3& x, const SurfacePlace& place) {
+            std::array<std::int32_t, kMostSolidFaceNodes> nodes;
+            for (std::size_t k = 0; k < place.nodes().size(); ++k)
+                nodes[k] = place.nodes()[k].node;
+            return elements.hold_without(x, std::span(nodes).first(place.nodes().size()));
+        };
+        self_overlap_spots(own, other, inside, spots, shallow);
+        keep(false);
+        if (p.surface_a == p.surface_b) return;
+        self_overlap_spots(other, own, inside, spots, shallow);
+        return keep(true);
+    }
     overlap_spots(own, other, spots, shallow);
     keep(false);
     overlap_spots(other, own, spots, shallow);
@@ -431,9 +447,10 @@ std::optional<BodyOverlap> ContactFinder::rigid_overlap(const std::vector<BodyRe
     };
     ShapeOverlap deepest;
     const auto measure = [&](int from, const RigidBody& own, int to, const RigidBody& other) {
-        const ShapeOverlap found = deepest_in(
-            own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
-            distance_from(other, other.placement()), around(own, from, other, to), inside_of(other));
+        const ShapeOverlap found =
+            deepest_in(own.shape(), pose_of(own.placement()), facets_if_triangles(bodies, from),
+                       distance_from(other, other.placement()), around(own, from, other, to),
+                       inside_of(other));
         if (found.depth > deepest.depth) deepest = found;
     };
     // The distance of a ball's centre is exact.
