@@ -363,7 +363,7 @@ TEST_CASE("a solid of two parts that collide in motion moves as two solids do")
         most = std::max(most, own);
         apart = std::max(apart, std::abs(own - other));
     }
-    CHECK(most > 1.5 * weight);   // they met
+    CHECK(most > 1.5 * weight);   // they collided
     CHECK(apart < 1e-3 * weight); // rows are on one side of two solids, on both of one
     const StepRecord &last = one.records.back(), &other = two.records.back();
     CHECK(last.energy.kinetic == doctest::Approx(other.energy.kinetic).epsilon(1e-5));
