@@ -11,7 +11,7 @@ namespace {
 
 // Measured on the examples; sizes in bytes.
 constexpr double kProgram = 12e6;        // code, libraries, stacks
-constexpr double kPicture = 430e6;       // VTK, mapped and at work
+constexpr double kPicture = 270e6;       // VTK, mapped and at work
 constexpr double kPerUnknown = 2.5e3;    // state, blocks, factor and contact points of a beam
 constexpr double kPerSolidUnknown = 1e4; // state, matrices, factor, columns of a solid
 constexpr double kPerRigid = 5.5e4;      // state and contacts of a rigid body

@@ -7,6 +7,7 @@ import json
 import os
 import pathlib
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -75,6 +76,24 @@ class Memory(unittest.TestCase):
         without = self.check(ROOT / "examples/first_block/scene.json", "--set", "output.picture=false")
         self.assertEqual(without["predicted"]["picture_memory"], 0)
         self.assertEqual(without["predicted"]["memory"], plan["predicted"]["memory"])
+
+    def test_a_picture_takes_less_than_400_MB(self):
+        if not (pathlib.Path(PROGRAM).parent / "../lib/amontons/libamontons-vtk.so").exists():
+            self.skipTest(reported_skips.LACKS + "VTK")
+        if not (shutil.which("Xvfb") or os.environ.get("DISPLAY")):
+            self.skipTest(reported_skips.LACKS + "Xvfb")
+        for name, end in (("catheter", 2), ("first_block", None)): # a tall page and a medium one
+            file = ROOT / f"examples/{name}/scene.json"
+            self.run_whole(file, *(["--set", f"time.end={end}"] if end else []))
+            drawing = subprocess.Popen([PROGRAM, "render", self.folder / "out", "-o", self.folder / "picture.png"],
+                                       stdout=subprocess.DEVNULL, env=memory.ENVIRONMENT)
+            _, code, use = os.wait4(drawing.pid, 0)
+            drawing.returncode = os.waitstatus_to_exitcode(code)
+            self.assertEqual(drawing.returncode, 0, name)
+            peak = use.ru_maxrss * 1024
+            self.assertLess(peak, 400e6, name)
+            predicted = self.check(file)["predicted"]["picture_memory"]
+            self.assertTrue(0.7 <= predicted / peak <= 1.3, f"{name}: {predicted / 1e6:.0f} MB predicted, {peak / 1e6:.0f} MB taken")
 
     def test_modules_are_those_that_are_mapped(self):
         file = self.folder / "block.json"

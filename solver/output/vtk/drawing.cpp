@@ -1,6 +1,7 @@
 #include "solver/output/vtk/drawing.hpp"
 
 #include <vtkActor.h>
+#include <vtkActor2D.h>
 #include <vtkArrowSource.h>
 #include <vtkCamera.h>
 #include <vtkCellArray.h>
@@ -17,6 +18,8 @@
 #include <vtkPolyData.h>
 #include <vtkPolyDataMapper.h>
 #include <vtkPolyDataNormals.h>
+#include <vtkProp.h>
+#include <vtkPropCollection.h>
 #include <vtkProperty.h>
 #include <vtkRenderWindow.h>
 #include <vtkRenderer.h>
@@ -313,10 +316,17 @@ void add_scale(vtkRenderer* renderer, const Rectangle& legend, const Scale& scal
 
 namespace {
 
+/// Pixels of the page that are drawn at once: what is drawn takes 32 bytes for each of four, a
+/// panel of half a page would take 300 MB.
+constexpr int kMostAtOnce = 400'000;
+
 /// A part of the page, in its pixels.
 struct Part {
     std::array<int, 4> box{}; ///< left, bottom, right, top
     std::vector<vtkSmartPointer<vtkRenderer>> renderers;
+
+    int wide() const { return box[2] - box[0]; }
+    int high() const { return box[3] - box[1]; }
 };
 
 std::vector<Part> parts_of(vtkRenderWindow* window)
@@ -338,9 +348,78 @@ std::vector<Part> parts_of(vtkRenderWindow* window)
     return parts;
 }
 
+/// What lies flat on a part, and its height there: of texts in pixels, of scales in shares of it.
+struct FlatProp {
+    vtkActor2D* prop;
+    double bottom, high;
+    bool shares;
+};
+
+std::vector<FlatProp> flat_props(const Part& part)
+{
+    std::vector<FlatProp> found;
+    for (const auto& renderer : part.renderers) {
+        vtkPropCollection* props = renderer->GetViewProps();
+        props->InitTraversal();
+        while (vtkProp* prop = props->GetNextProp())
+            if (auto* flat = vtkActor2D::SafeDownCast(prop))
+                found.push_back({flat, flat->GetPosition()[1], flat->GetHeight(),
+                                 vtkScalarBarActor::SafeDownCast(prop) != nullptr});
+    }
+    return found;
+}
+
+/// What shows all of a part shows `rows` of its pixels from `from` on.
+void aim_at_rows(const Part& part, const std::vector<double>& scales,
+                 const std::vector<FlatProp>& flat, int from, int rows)
+{
+    const double high = part.high();
+    for (std::size_t i = 0; i < scales.size(); ++i) {
+        vtkCamera* camera = part.renderers[i]->GetActiveCamera();
+        camera->SetParallelScale(scales[i] * rows / high);
+        camera->SetWindowCenter(0, (2.0 * from + rows - high) / rows);
+    }
+    for (const FlatProp& f : flat) {
+        const double x = f.prop->GetPosition()[0];
+        if (f.shares) {
+            f.prop->SetPosition(x, (f.bottom * high - from) / rows);
+            f.prop->SetHeight(f.high * high / rows);
+        } else {
+            f.prop->SetPosition(x, f.bottom - from * kOversampling);
+        }
+    }
+}
+
+/// The means of what is drawn in a window, from the pixel x, y of the page on.
+void add_to_page(vtkRenderWindow* window, int wide, int high, int x0, int y0, unsigned char* pixels)
+{
+    vtkNew<vtkUnsignedCharArray> drawn;
+    // A band at a time: of the drawing there is no second copy.
+    constexpr int kBand = 64;
+    for (int from = 0; from < high; from += kBand) {
+        const int rows = std::min(kBand, high - from);
+        window->GetPixelData(0, from * kOversampling, wide * kOversampling - 1,
+                             (from + rows) * kOversampling - 1, 0, drawn);
+        const unsigned char* const all = drawn->GetPointer(0);
+        for (int y = 0; y < rows; ++y)
+            for (int x = 0; x < wide; ++x)
+                for (int c = 0; c < 3; ++c) {
+                    int sum = 0;
+                    for (int j = 0; j < kOversampling; ++j)
+                        for (int i = 0; i < kOversampling; ++i)
+                            sum += all[3 * ((y * kOversampling + j) * wide * kOversampling +
+                                            x * kOversampling + i) +
+                                       c];
+                    pixels[3 * ((y0 + from + y) * kWidth + x0 + x) + c] =
+                        static_cast<unsigned char>(sum / (kOversampling * kOversampling));
+                }
+    }
+}
+
 } // namespace
 
-// A window of the whole page at twice its size would take half a gigabyte in its buffers.
+// A window of the whole page at twice its size would take half a gigabyte in its buffers: parts are
+// drawn one after the other, and large ones in strips of as many rows each.
 void write_page(vtkRenderWindow* window, const std::filesystem::path& png)
 {
     const std::vector<Part> parts = parts_of(window);
@@ -353,34 +432,24 @@ void write_page(vtkRenderWindow* window, const std::filesystem::path& png)
     auto* const pixels = static_cast<unsigned char*>(page->GetScalarPointer());
     std::fill_n(pixels, std::size_t(3) * kWidth * kHeight, static_cast<unsigned char>(255));
     for (const Part& p : parts) {
-        const int wide = p.box[2] - p.box[0], high = p.box[3] - p.box[1];
+        const int wide = p.wide(), high = p.high();
         if (wide < 1 || high < 1) continue;
-        window->SetSize(wide * kOversampling, high * kOversampling);
+        const int strips = (wide * high + kMostAtOnce - 1) / kMostAtOnce,
+                  rows = (high + strips - 1) / strips;
+        window->SetSize(wide * kOversampling, rows * kOversampling);
+        std::vector<double> scales;
         for (const auto& renderer : p.renderers) {
             renderer->SetViewport(0, 0, 1, 1);
             window->AddRenderer(renderer);
+            scales.push_back(renderer->GetActiveCamera()->GetParallelScale());
         }
-        window->Render();
-        vtkNew<vtkUnsignedCharArray> drawn;
-        // A band at a time: of the drawing there is no second copy.
-        constexpr int kBand = 64;
-        for (int from = 0; from < high; from += kBand) {
-            const int rows = std::min(kBand, high - from);
-            window->GetPixelData(0, from * kOversampling, wide * kOversampling - 1,
-                                 (from + rows) * kOversampling - 1, 0, drawn);
-            const unsigned char* const all = drawn->GetPointer(0);
-            for (int y = 0; y < rows; ++y)
-                for (int x = 0; x < wide; ++x)
-                    for (int c = 0; c < 3; ++c) {
-                        int sum = 0;
-                        for (int j = 0; j < kOversampling; ++j)
-                            for (int i = 0; i < kOversampling; ++i)
-                                sum += all[3 * ((y * kOversampling + j) * wide * kOversampling +
-                                                x * kOversampling + i) +
-                                           c];
-                        pixels[3 * ((p.box[1] + from + y) * kWidth + p.box[0] + x) + c] =
-                            static_cast<unsigned char>(sum / (kOversampling * kOversampling));
-                    }
+        const std::vector<FlatProp> flat = flat_props(p);
+        for (int k = 0; k < strips; ++k) {
+            // The last strip repeats rows: another size would take other buffers.
+            const int from = std::min(k * rows, high - rows);
+            aim_at_rows(p, scales, flat, from, rows);
+            window->Render();
+            add_to_page(window, wide, rows, p.box[0], p.box[1] + from, pixels);
         }
         for (const auto& renderer : p.renderers)
             window->RemoveRenderer(renderer);

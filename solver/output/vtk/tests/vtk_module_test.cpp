@@ -287,6 +287,65 @@ TEST_CASE("a picture shows the wire, and contact forces if there are any" *
     CHECK(colours_of(png, 0.6).blue > 2000);
 }
 
+TEST_CASE("what is drawn in strips fits together and is drawn once" * doctest::test_suite("slow"))
+{
+    if (no_screen()) return;
+    const Folder folder;
+    write_run(folder, true);
+    const fs::path png = folder.path / "run.png";
+    REQUIRE(module().render(folder.path, png) == "");
+    vtkNew<vtkPNGReader> reader;
+    reader->SetFileName(png.c_str());
+    reader->Update();
+    vtkImageData* image = reader->GetOutput();
+    const auto rgb_at = [&](int x, int y) { // y from below
+        const auto* rgb = static_cast<const unsigned char*>(image->GetScalarPointer(x, y, 0));
+        return std::array<int, 3>{rgb[0], rgb[1], rgb[2]};
+    };
+    // A wide page: the large panel is as wide as the page and begins at 0.38 of its height.
+    const int from = 570, captions = 1500 - 110, bar_of_length = from + 120;
+    std::vector<double> wire; // where it is in each row
+    int dark = 0, dark_above = 0;
+    for (int y = from; y < 1500; ++y) {
+        double sum = 0;
+        int count = 0;
+        for (int x = 0; x < 2400; ++x) {
+            const auto [r, g, b] = rgb_at(x, y);
+            if (b > r + 40 && b > g + 20) {
+                sum += x;
+                ++count;
+            }
+            if (const int light = std::max({r, g, b});
+                light < 90 && light - std::min({r, g, b}) < 15) {
+                if (y >= captions) ++dark_above;
+                if (y >= bar_of_length && y < captions) ++dark;
+            }
+        }
+        if (count > 0) wire.push_back(sum / count);
+    }
+    REQUIRE(wire.size() > 300); // over several strips
+    // It rises by 0.2 of its way: five pixels to the right a row, but at its round ends.
+    for (std::size_t i = 60; i + 60 < wire.size(); ++i)
+        CHECK(wire[i + 1] - wire[i] == doctest::Approx(5).epsilon(0.3));
+    CHECK(dark_above > 200); // letters of the captions
+    CHECK(dark < 100);       // and nowhere else
+
+    // Of the legend, the bars of force and curvature.
+    int bars = 0;
+    bool in_bar = false;
+    for (int y = 0; y < from; ++y) {
+        int coloured = 0;
+        for (int x = 1584; x < 2400; ++x) {
+            const auto [r, g, b] = rgb_at(x, y);
+            coloured += std::max({r, g, b}) - std::min({r, g, b}) > 60;
+        }
+        const bool here = coloured > 400;
+        bars += here && !in_bar;
+        in_bar = here;
+    }
+    CHECK(bars == 2);
+}
+
 TEST_CASE("a few wires have each a hue of their own and instruments a ball at the tip" *
           doctest::test_suite("slow"))
 {
