@@ -6,6 +6,7 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 namespace amontons {
@@ -16,6 +17,11 @@ namespace {
 /// samples along an edge.
 constexpr std::size_t kManyNearby = 64;
 constexpr int kPart = 2;
+/// What a search for a bound may be off the least distance, in parts of it: at places that are
+/// equally far from many triangles the least one takes a search among all of them.
+constexpr double kSlack = 0.05;
+constexpr double kExactBound = 1.0 / 3; // of the band: what is nearer has no slack
+constexpr double kRounding = 1e-9;
 
 } // namespace
 
@@ -109,9 +115,13 @@ double SurfaceDistance::distance(const Vec3& x, std::int32_t& near) const
 
 double SurfaceDistance::clearance(const Vec3& x, std::int32_t& near) const
 {
-    const NearestTriangle place = tree_.nearest(x, near);
+    const double exact = kExactBound * band_;
+    const NearestTriangle place = tree_.nearest(x, near, kSlack, exact);
     near = place.triangle;
-    const double flat = std::sqrt(place.squared) - 2 * chord_error_;
+    const double found = std::sqrt(place.squared);
+    // What was left out is no nearer than that, or than what was found.
+    const double least = std::max(found, exact) / (1 + kSlack);
+    const double flat = std::min(found, least) - 2 * chord_error_;
     // Behind the surface there is none; close to it the curved triangle determines the side.
     return flat > 0 && (x - place.at.point).dot(pseudo_normal_(place)) > 0 ? flat : 0;
 }
@@ -158,8 +168,13 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
     const Vec3 half = 0.5 * across.rowwise().sum(), centre = corner + half;
     const double radius = half.norm();
     std::int32_t near = -1;
-    const NearestTriangle middle = tree_.nearest(centre, -1);
-    if (middle.squared > (band_ + radius) * (band_ + radius)) {
+    // The nearest triangle, where a bound of its distance does not suffice.
+    const double far = (band_ + radius) * (band_ + radius);
+    NearestTriangle middle = tree_.nearest(centre, -1, kSlack);
+    if (middle.squared > far &&
+        middle.squared <= far * (1 + kSlack) * (1 + kSlack) * (1 + kRounding))
+        middle = tree_.nearest(centre, middle.triangle);
+    if (middle.squared > far) {
         // No contact depends on these: the corners' distances, and linear between them.
         double c[8];
         for (int i = 0; i < 8; ++i)
@@ -182,7 +197,7 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
     nearby.gather(refined_, tree_, centre, radius, middle.triangle);
     const bool in_parts = nearby.count() > kManyNearby;
     const int part = in_parts ? kPart : n;
-    SmoothSurface::Patch last;
+    std::array<SmoothSurface::Patch, 8> last; // of neighbours: they take turns
     for (int i0 = 0; i0 < n; i0 += part)
         for (int j0 = 0; j0 < n; j0 += part)
             for (int k0 = 0; k0 < n; k0 += part) {
@@ -203,7 +218,10 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
                     for (int j = j0; j < end[1]; ++j)
                         for (int k = k0; k < end[2]; ++k) {
                             const Vec3 x = corner + edges * Vec3{1.0 * i, 1.0 * j, 1.0 * k};
-                            out[(i * n + j) * n + k] = from_place_(x, nearby.nearest(x), last);
+                            const NearestTriangle place = nearby.nearest(x);
+                            const std::size_t patch = at(place.triangle / (cuts_ * cuts_));
+                            out[(i * n + j) * n + k] =
+                                from_place_(x, place, last[patch % last.size()]);
                         }
             }
 }

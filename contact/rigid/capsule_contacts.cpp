@@ -231,7 +231,7 @@ void touch(const PairFrame& pair, const Capsule& a, const TriangleShape& b, Rigi
     const Core core(a, pair.turn, pair.shift);
     std::vector<std::int32_t> near;
     b.tree.within(core.centre, core.half_length + core.radius + pair.reach, near);
-    const bool convex = b.polyhedron.convex;
+    const bool convex = convex_and_small(b.polyhedron);
     if (near.empty() && nearest_on(b, core.centre).distance > 0) return;
     Way way;
     if (convex) way = way_out(core, side.view);

@@ -358,7 +358,7 @@ void touch(const PairFrame& frame, const Cylinder& a, const TriangleShape& b, Ri
     const PolyhedronTopology topology = b.polyhedron.topology();
     touch_cylinder_polyhedron(
         frame, a, {b.polyhedron.view(topology), &b, nullptr, Mat3::Identity(), Vec3::Zero()},
-        b.polyhedron.convex, out);
+        convex_and_small(b.polyhedron), out);
 }
 
 // ---- against each other

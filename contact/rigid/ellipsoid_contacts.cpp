@@ -287,7 +287,7 @@ void touch(const PairFrame& pair, const Ellipsoid& a, const TriangleShape& b, Ri
     const PolyhedronTopology topology = b.polyhedron.topology();
     touch_ellipsoid_polyhedron(
         pair, a, {b.polyhedron.view(topology), &b, nullptr, Mat3::Identity(), Vec3::Zero()},
-        b.polyhedron.convex, out);
+        convex_and_small(b.polyhedron), out);
 }
 
 void touch(const PairFrame& pair, const Ellipsoid& own, const Capsule& b, RigidContacts& out)

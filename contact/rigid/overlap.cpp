@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <numbers>
 
@@ -194,18 +195,26 @@ std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pos
     const double rounding = kRoundedPlace * shape.polyhedron.size;
     const Vec3 way = pose.turn.conjugate() * near.way;
     const double most = near.most - near.way.dot(pose.place) + rounding;
+    const std::vector<Vec3>& points = shape.mesh.points;
+    // Boxes across the way are larger than what is in them.
+    const auto reaches = [&](std::int32_t t) {
+        return !std::isfinite(most) ||
+               std::ranges::any_of(shape.mesh.triangles[at(t)],
+                                   [&](std::int32_t p) { return way.dot(points[at(p)]) <= most; });
+    };
     shape.tree.visit_where(
         [&](const BoundingBox& box) {
             return inside.size() <= kFewTriangles && (!bounded || box.touches(own)) &&
                    lowest_along(box, way) <= most;
         },
-        [&](std::int32_t t) { inside.push_back(t); });
+        [&](std::int32_t t) {
+            if (reaches(t)) inside.push_back(t);
+        });
     if (inside.size() <= kFewTriangles) {
         std::sort(inside.begin(), inside.end());
         return inside;
     }
     inside.clear();
-    const std::vector<Vec3>& points = shape.mesh.points;
     Vec3 low = points.front(), high = low;
     for (const Vec3& p : points) {
         low = low.cwiseMin(p);
@@ -225,7 +234,7 @@ std::vector<std::int32_t> triangles_inside(const TriangleShape& shape, const Pos
             continue;
         if (c.half <= least) {
             shape.tree.within(c.centre, radius, touched);
-            inside.insert(inside.end(), touched.begin(), touched.end());
+            std::ranges::copy_if(touched, std::back_inserter(inside), reaches);
             continue;
         }
         for (int k = 0; k < 8; ++k)

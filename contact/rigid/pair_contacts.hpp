@@ -90,7 +90,17 @@ struct NearestPlace {
 /// The nearest place of the surface of a shape to x, in the frame of the shape [m].
 NearestPlace nearest_on(const Box& box, const Vec3& x);
 NearestPlace nearest_on(const Cylinder& cylinder, const Vec3& x);
-NearestPlace nearest_on(const TriangleShape& body, const Vec3& x);
+/// Is a body convex, and are its faces so few that all are compared? Of many those alone are that
+/// are near.
+inline bool convex_and_small(const Polyhedron& body)
+{
+    return body.convex && body.vertices.size() * body.normals.size() <= 4'000'000;
+}
+
+/// @param close  a triangle that is probably near, or -1: makes the search fast, changes no bit
+/// @param found  set to the nearest triangle, if not null
+NearestPlace nearest_on(const TriangleShape& body, const Vec3& x, std::int32_t close = -1,
+                        std::int32_t* found = nullptr);
 NearestPlace nearest_on(const Ellipsoid& ellipsoid, const Vec3& x);
 NearestPlace nearest_on(const Capsule& capsule, const Vec3& x);
 

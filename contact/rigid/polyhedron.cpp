@@ -232,9 +232,32 @@ bool outline_is_convex(const Polyhedron& p, std::size_t f)
     return true;
 }
 
+// Of one closed surface without a handle, that does not cross itself: it is convex if it is so at
+// each edge. (Of few faces what is convex but for round-off counts, too.)
 bool is_convex_polyhedron(const Polyhedron& p)
 {
-    if (p.vertices.size() * p.normals.size() > 4'000'000) return false;
+    if (p.vertices.size() * p.normals.size() > 4'000'000) {
+        if (p.vertices.size() + p.normals.size() != p.edges.size() + 2) return false;
+        if (std::any_of(p.edge_ends.begin(), p.edge_ends.end(),
+                        [](const auto& edge) { return !edge.convex; }))
+            return false;
+        std::vector<char> reached(p.vertices.size(), 0);
+        std::vector<std::int32_t> waiting{0};
+        reached[0] = 1;
+        std::size_t count = 1;
+        while (!waiting.empty()) {
+            const std::int32_t v = waiting.back();
+            waiting.pop_back();
+            for (std::int32_t i = p.vertex_begin[at(v)]; i < p.vertex_begin[at(v) + 1]; ++i)
+                for (const std::int32_t w : p.edge_ends[at(p.vertex_edges[at(i)])].vertex)
+                    if (reached[at(w)] == 0) {
+                        reached[at(w)] = 1;
+                        ++count;
+                        waiting.push_back(w);
+                    }
+        }
+        return count == p.vertices.size();
+    }
     for (std::size_t f = 0; f < p.normals.size(); ++f)
         for (const Vec3& v : p.vertices)
             if (p.normals[f].dot(v) > p.offsets[f] + 2 * kFlat * p.size) return false;

@@ -199,17 +199,35 @@ public:
         vertices.clear();
         const Polyhedron& p = side_.mesh->polyhedron;
         side_.mesh->tree.within(side_.own(x), radius, triangles_);
-        for (const std::int32_t t : triangles_) {
-            faces.push_back(p.face_of[at(t)]);
-            for (const std::int32_t e : p.edge_of[at(t)])
-                if (e >= 0) edges.push_back(e);
-            for (const std::int32_t v : side_.mesh->mesh.triangles[at(t)])
-                if (p.corner_of[at(v)] >= 0) vertices.push_back(p.corner_of[at(v)]);
+        if (face_in_.empty()) {
+            face_in_.assign(p.normals.size(), 0);
+            edge_in_.assign(p.edges.size(), 0);
+            vertex_in_.assign(p.vertices.size(), 0);
         }
-        sort_once(faces);
-        sort_once(edges);
-        sort_once(vertices);
+        const auto add = [&](std::int32_t i, std::vector<std::int32_t>& list,
+                             std::vector<char>& in) {
+            if (i < 0 || in[at(i)] != 0) return;
+            in[at(i)] = 1;
+            list.push_back(i);
+        };
+        for (const std::int32_t t : triangles_) {
+            add(p.face_of[at(t)], faces, face_in_);
+            for (const std::int32_t e : p.edge_of[at(t)])
+                add(e, edges, edge_in_);
+            for (const std::int32_t v : side_.mesh->mesh.triangles[at(t)])
+                add(p.corner_of[at(v)], vertices, vertex_in_);
+        }
+        const auto finish = [](std::vector<std::int32_t>& list, std::vector<char>& in) {
+            for (const std::int32_t i : list)
+                in[at(i)] = 0;
+            std::sort(list.begin(), list.end());
+        };
+        finish(faces, face_in_);
+        finish(edges, edge_in_);
+        finish(vertices, vertex_in_);
     }
+    // A triangle near the place of the last search for a nearest one, or -1.
+    std::int32_t close = -1;
 
     std::vector<std::int32_t> faces, edges, vertices;
 
@@ -222,6 +240,7 @@ public:
 private:
     const PolyhedronSide& side_;
     std::vector<std::int32_t> triangles_;
+    std::vector<char> face_in_, edge_in_, vertex_in_; // 1 while a list is made that has it
 };
 
 bool touch_in_hollow(const PolyhedronView& body, std::int32_t f, std::int32_t g)
@@ -241,7 +260,7 @@ void vertex_on_faces(const PolyhedronPair& pair, bool on_a, std::int32_t v, Near
     const PolyhedronSide& x = on_a ? pair.a : pair.b;
     const PolyhedronSide& y = on_a ? pair.b : pair.a;
     const Vec3 place = x.view.vertex(v);
-    const double distance = signed_distance(y, place);
+    const double distance = signed_distance(y, place, &features.close);
     if (distance > pair.reach) return;
     const double slack = kTouching * pair.size;
     // Deep inside, the nearest face may be one that the vertex cannot have crossed.

@@ -336,10 +336,10 @@ void add_vertex_vertex(const PolyhedronPair& pair, std::int32_t vertex_a, std::i
                          contact_id(Feature::vertex, at(vertex_a), Feature::vertex, at(vertex_b))});
 }
 
-double signed_distance(const PolyhedronSide& side, const Vec3& x)
+double signed_distance(const PolyhedronSide& side, const Vec3& x, std::int32_t* close)
 {
     const Vec3 y = side.own(x);
-    return side.mesh != nullptr ? nearest_on(*side.mesh, y).distance
+    return side.mesh != nullptr ? nearest_on(*side.mesh, y, close ? *close : -1, close).distance
                                 : nearest_on(*side.box, y).distance;
 }
 

@@ -121,6 +121,7 @@ void add_vertex_edge(const PolyhedronPair& pair, bool on_a, std::int32_t vertex,
 void add_vertex_vertex(const PolyhedronPair& pair, std::int32_t vertex_a, std::int32_t vertex_b);
 
 /// Distance from the surface of one side, < 0 inside [m]; x in the frame of b.
-double signed_distance(const PolyhedronSide& side, const Vec3& x);
+/// @param close  if not null, a triangle that is probably near, or -1; that of x on return
+double signed_distance(const PolyhedronSide& side, const Vec3& x, std::int32_t* close = nullptr);
 
 } // namespace amontons

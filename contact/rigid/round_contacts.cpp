@@ -87,11 +87,13 @@ NearestPlace nearest_on(const Cylinder& cylinder, const Vec3& x)
             feature(Feature::face, side)};
 }
 
-NearestPlace nearest_on(const TriangleShape& body, const Vec3& x)
+NearestPlace nearest_on(const TriangleShape& body, const Vec3& x, std::int32_t close,
+                        std::int32_t* triangle)
 {
     const Polyhedron& p = body.polyhedron;
-    const NearestTriangle found = body.tree.nearest(x, -1);
+    const NearestTriangle found = body.tree.nearest_within(x, close);
     const auto t = at(found.triangle);
+    if (triangle) *triangle = found.triangle;
     const std::size_t part = static_cast<std::size_t>(found.at.feature);
     NearestPlace near;
     near.point = found.at.point;
@@ -209,6 +211,33 @@ void touch(const PairFrame& pair, const Ball& a, const Plane&, RigidContacts& ou
 
 namespace {
 
+constexpr std::size_t kFewOnPlane = 48; // vertices: a tree takes as long
+
+// The vertices of a convex body up to a height, and possibly a few above it; ascending. From each
+// of them edges descend to the lowest.
+void vertices_below(const TriangleShape& body, const Vec3& up, double highest,
+                    std::vector<std::int32_t>& vertices)
+{
+    constexpr double kAbove = 1e-6; // of the size: more than a convex body is off (kFlat)
+    const Polyhedron& p = body.polyhedron;
+    const double most = highest + kAbove * p.size;
+    const std::int32_t lowest = lowest_vertex(body, up);
+    vertices.clear();
+    if (up.dot(p.vertices[at(lowest)]) > most) return;
+    std::vector<char> reached(p.vertices.size(), 0);
+    reached[at(lowest)] = 1;
+    vertices.push_back(lowest);
+    for (std::size_t k = 0; k < vertices.size(); ++k)
+        for (std::int32_t i = p.vertex_begin[at(vertices[k])];
+             i < p.vertex_begin[at(vertices[k]) + 1]; ++i)
+            for (const std::int32_t v : p.edge_ends[at(p.vertex_edges[at(i)])].vertex)
+                if (reached[at(v)] == 0) {
+                    reached[at(v)] = 1;
+                    if (up.dot(p.vertices[at(v)]) <= most) vertices.push_back(v);
+                }
+    std::sort(vertices.begin(), vertices.end());
+}
+
 // A point of a body above the plane z = 0.
 void add_above(const PairFrame& pair, const Vec3& x, Feature kind, std::size_t i,
                RigidContacts& out)
@@ -246,8 +275,11 @@ void touch(const PairFrame& pair, const TriangleShape& a, const Plane&, RigidCon
     const Vec3 up = pair.turn.row(2);
     const double highest = pair.reach - pair.shift[2] + kSamePlace * pair.size;
     std::vector<std::int32_t> near;
-    vertices_where(
-        a, [&](const BoundingBox& box) { return lowest_along(box, up) <= highest; }, near);
+    if (a.polyhedron.convex && a.polyhedron.vertices.size() > kFewOnPlane)
+        vertices_below(a, up, highest, near);
+    else
+        vertices_where(
+            a, [&](const BoundingBox& box) { return lowest_along(box, up) <= highest; }, near);
     for (const std::int32_t v : near)
         add_above(pair, pair.turn * a.polyhedron.vertices[at(v)] + pair.shift, Feature::vertex,
                   at(v), out);

@@ -74,8 +74,47 @@ std::pair<double, std::int32_t> least_vertex(const TriangleShape& body, Bound bo
     return {least, first};
 }
 
+// Of a convex body a vertex below all its neighbours is below all others: from the lowest of some
+// along the edges down to it. -1 where a neighbour is about as low: what it is off (kFlat) may
+// decide.
+std::int32_t lowest_by_edges(const Polyhedron& p, const Vec3& direction)
+{
+    constexpr std::size_t kStarts = 64;
+    constexpr double kLower = 1e-6; // of the size: more than a convex body is off (kFlat)
+    const auto height = [&](std::size_t v) { return direction.dot(p.vertices[v]); };
+    std::size_t lowest = 0;
+    double least = height(0);
+    const std::size_t stride = std::max<std::size_t>(1, p.vertices.size() / kStarts);
+    for (std::size_t v = stride; v < p.vertices.size(); v += stride)
+        if (const double own = height(v); own < least) {
+            least = own;
+            lowest = v;
+        }
+    for (std::size_t step = 0; step < p.vertices.size(); ++step) {
+        double next = kInfinity;
+        std::size_t to = lowest;
+        for (std::int32_t i = p.vertex_begin[lowest]; i < p.vertex_begin[lowest + 1]; ++i) {
+            const auto& ends = p.edge_ends[at(p.vertex_edges[at(i)])].vertex;
+            const std::size_t v = at(at(ends[0]) == lowest ? ends[1] : ends[0]);
+            if (const double own = height(v); own < next) {
+                next = own;
+                to = v;
+            }
+        }
+        if (next > least + kLower * p.size) return number(lowest);
+        if (!(next < least)) return -1;
+        least = next;
+        lowest = to;
+    }
+    return -1;
+}
+
 std::pair<double, std::int32_t> lowest(const TriangleShape& body, const Vec3& direction)
 {
+    const Polyhedron& p = body.polyhedron;
+    if (p.convex && p.vertices.size() > kFewVertices)
+        if (const std::int32_t v = lowest_by_edges(p, direction); v >= 0)
+            return {direction.dot(p.vertices[at(v)]), v};
     return least_vertex(
         body, [&](const BoundingBox& box) { return lowest_along(box, direction); },
         [&](const Vec3& x) { return direction.dot(x); });

@@ -10,13 +10,16 @@ using namespace amontons;
 namespace {
 
 /// An ellipsoid of meridians and parallels: 2 n (m - 1) triangles.
-TriangleShape round_body(const Vec3& radii, int n, int m)
+/// @param turned  each parallel against the one before, in parts of the triangles' width: not
+/// convex
+///                unless 0
+SurfaceMesh round_mesh(const Vec3& radii, int n, int m, double turned)
 {
     SurfaceMesh mesh;
     mesh.points.push_back(-radii.z() * Vec3::UnitZ());
     for (int j = 1; j < m; ++j)
         for (int i = 0; i < n; ++i) {
-            const double a = M_PI * j / m, b = 2 * M_PI * (i + 0.25 * j) / n;
+            const double a = M_PI * j / m, b = 2 * M_PI * (i + turned * j) / n;
             mesh.points.push_back(radii.cwiseProduct(
                 Vec3{std::sin(a) * std::cos(b), std::sin(a) * std::sin(b), -std::cos(a)}));
         }
@@ -32,7 +35,12 @@ TriangleShape round_body(const Vec3& radii, int n, int m)
         }
         mesh.triangles.push_back({last, last - n + i, last - n + next});
     }
-    return make_triangle_shape(mesh);
+    return mesh;
+}
+
+TriangleShape round_body(const Vec3& radii, int n, int m)
+{
+    return make_triangle_shape(round_mesh(radii, n, m, 0.25));
 }
 
 /// Every feature of one body with every feature of the other, of bodies that are apart.
@@ -88,7 +96,8 @@ TEST_CASE("the lowest vertex of a body and the box around it are those of all it
 {
     std::mt19937 rng{31};
     for (const TriangleShape& body :
-         {round_body({0.5, 0.3, 0.4}, 30, 20), triangle_l(), triangle_box({0.5, 0.7, 0.3}, 4)}) {
+         {round_body({0.5, 0.3, 0.4}, 30, 20), triangle_l(), triangle_box({0.5, 0.7, 0.3}, 4),
+          make_triangle_shape(round_mesh({0.5, 0.3, 0.4}, 100, 60, 0))}) {
         const std::vector<Vec3>& all = body.polyhedron.vertices;
         const RigidShape shape = body;
         for (int k = 0; k < 200; ++k) {
@@ -113,6 +122,27 @@ TEST_CASE("the lowest vertex of a body and the box around it are those of all it
             CHECK((box.high - high).norm() < 1e-14);
         }
     }
+}
+
+TEST_CASE("a body of many faces is convex if it is so at each edge")
+{
+    std::mt19937 rng{33};
+    const SurfaceMesh mesh = round_mesh({0.5, 0.3, 0.4}, 100, 60, 0);
+    CHECK(make_triangle_shape(mesh).polyhedron.convex);
+    for (const double in : {1e-3, 0.3}) { // of the way to the middle
+        SurfaceMesh dented = mesh;
+        const std::size_t v = dented.points.size() / 3;
+        dented.points[v] *= 1 - in;
+        const TriangleShape body = make_triangle_shape(dented);
+        CHECK_FALSE(body.polyhedron.convex);
+        // Its lowest vertex towards the dent is beside it.
+        const Vec3 n = -mesh.points[v].normalized();
+        double least = 1e300;
+        for (const Vec3& x : dented.points)
+            least = std::min(least, n.dot(x));
+        CHECK(std::abs(lowest_along(body, n) - least) < 1e-15);
+    }
+    CHECK_FALSE(round_body({0.5, 0.3, 0.4}, 100, 60).polyhedron.convex);
 }
 
 TEST_CASE("large bodies that are apart have the contacts of all their features with all" *
