@@ -21,7 +21,7 @@ constexpr int kPart = 2;
 /// equally far from many triangles the least one takes a search among all of them.
 constexpr double kSlack = 0.05;
 constexpr double kExactBound = 1.0 / 3; // of the band: what is nearer has no slack
-constexpr double kRounding = 1e-9;
+constexpr double kBoundRounding = 1e-9;
 
 } // namespace
 
@@ -172,7 +172,7 @@ void SurfaceDistance::sample_cube(const Vec3& corner, const Mat3& edges, int n, 
     const double far = (band_ + radius) * (band_ + radius);
     NearestTriangle middle = tree_.nearest(centre, -1, kSlack);
     if (middle.squared > far &&
-        middle.squared <= far * (1 + kSlack) * (1 + kSlack) * (1 + kRounding))
+        middle.squared <= far * (1 + kSlack) * (1 + kSlack) * (1 + kBoundRounding))
         middle = tree_.nearest(centre, middle.triangle);
     if (middle.squared > far) {
         // No contact depends on these: the corners' distances, and linear between them.

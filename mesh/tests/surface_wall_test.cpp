@@ -7,6 +7,7 @@
 #include "mesh/generate/vessel.hpp"
 #include "mesh/orient_surface.hpp"
 #include "mesh/smooth_surface.hpp"
+#include "mesh/surface_distance.hpp"
 #include "mesh/tests/test_program.hpp"
 #include "mesh/tests/wall_checks.hpp"
 
@@ -300,6 +301,28 @@ TEST_CASE(
         }
         CHECK(bounds > 10);
     }
+}
+
+TEST_CASE("a bound of the distance to a surface is below it where many triangles are about as near")
+{
+    SurfaceMesh mesh = *make_ball({Vec3::Zero(), 1, true, 0.05}).surface;
+    if (enclosed_volume(mesh) > 0) turn_around(mesh); // normals point inwards
+    const SurfaceDistance surface{SmoothSurface{mesh, 2}, 1, 0.3};
+    std::mt19937 rng{9};
+    std::uniform_real_distribution<double> any(-0.5, 0.5);
+    int off = 0;
+    for (int k = 0; k < 1000; ++k) {
+        // Near the middle, and, exactly, within a third of the band.
+        Vec3 x{any(rng), any(rng), any(rng)};
+        if (k % 2 == 0) x = 0.95 * x.normalized();
+        std::int32_t near = k % 3 == 0 ? k : -1, same = -1;
+        const double bound = surface.clearance(x, near), distance = surface.distance(x, same);
+        CHECK(bound <= distance);
+        CHECK(bound > 0.94 * distance - 0.002);
+        if (k % 2 == 0) CHECK(bound > distance - 0.002);
+        off += bound < distance - 0.002;
+    }
+    CHECK(off > 100);
 }
 
 TEST_CASE("all of a flat lumen belongs to the branch along its middle, and nothing beside it")
