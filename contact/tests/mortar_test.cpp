@@ -616,3 +616,40 @@ TEST_CASE("a normal of the gap is the gradient of the gap where surfaces are shi
             CHECK(of_mean > 20 * worst);
         });
 }
+
+TEST_CASE("what comes within reach is included gradually")
+{
+    // A block above the ridge of a roof, of which one face after the other leaves the range of the
+    // search as the roof sinks: no mean gap and no area jumps.
+    constexpr double kCell = 0.1, kReach = 0.3 * kCell, kWay = kCell / 400;
+    for (const ElementKind kind : kKinds) {
+        CAPTURE(std::string(shape_of(kind).name));
+        SolidBoxOptions block;
+        block.lowest = {-5 * kCell, -5 * kCell, 0};
+        block.highest = {5 * kCell, 5 * kCell, 0.5};
+        block.cells = {10, 10, 2};
+        block.kind = kind;
+        const TouchingBody slave = with_surface(make_solid_box(block));
+        std::map<std::int32_t, SurfaceContact> before;
+        double most = 0;
+        int followed = 0;
+        for (int i = 0; i < 400; ++i) {
+            TouchingBody roof = box_body(ElementKind::H8, {-1, -2, -1}, {1, 2, 1}, {1, 1, 1});
+            roof.move(turn(0.7853981633974483, Vec3::UnitY(),
+                           {0.013, 0.007, -1.4142135623730951 - kWay * i}));
+            std::map<std::int32_t, SurfaceContact> now;
+            for (const SurfaceContact& c : contacts_of(slave, roof, kReach).contact)
+                now[std::int32_t(c.id)] = c;
+            for (const auto& [id, c] : now)
+                if (const auto known = before.find(id); known != before.end()) {
+                    ++followed;
+                    most = std::max({most, std::abs(c.area - known->second.area) / c.area,
+                                     std::abs(c.gap - known->second.gap) / kCell});
+                }
+            before = std::move(now);
+        }
+        CHECK(followed > 400);
+        // A segment's whole weight passes within a fourth of a face, in some 25 of these steps.
+        CHECK(most < 0.1);
+    }
+}
