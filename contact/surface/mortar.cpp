@@ -58,7 +58,6 @@ struct Segment {
     const Facet* master = nullptr;
     ConvexPolygon polygon; ///< in the plane of the slave's facet
     double gap = 0;        ///< between the facets at its middle [m]
-    double weight = 1;     ///< what it counts for
     bool hides = false;    ///< the back of a master's facet: it only covers what is behind it
 };
 
@@ -190,7 +189,7 @@ private:
             const std::size_t first = segments_.size();
             whole += cut_(facet, plane);
             for (std::size_t i = first; i < segments_.size(); ++i)
-                covered += segments_[i].weight * area(segments_[i].polygon);
+                covered += facing_(segments_[i]) * area(segments_[i].polygon);
         }
         if (segments_.empty()) return;
         const auto face = static_cast<std::size_t>(facets[0].face);
@@ -202,7 +201,7 @@ private:
             integrate_fixed_(multipliers, dual);
         else
             for (const Segment& segment : segments_)
-                integrate_(segment, multipliers, dual, segment.weight);
+                integrate_(segment, multipliers, dual, facing_(segment));
         sums_.add(face, multipliers, face_sums_);
     }
 
@@ -260,8 +259,7 @@ private:
                     layers = true;
                 else
                     covered += size;
-                segments_.push_back(
-                    {&facet, &other, shared_, gap, weight_(facet, other, gap), hides});
+                segments_.push_back({&facet, &other, shared_, gap, hides});
             });
         }
         if (layers || covered > (1 + kTwice) * whole) keep_nearest_(first, least);
@@ -294,19 +292,13 @@ private:
         }
     }
 
-    /// What a segment counts for: a face that turns towards the other surface, or comes within
-    /// reach, is included gradually: else the side of a box that the faces beside it come near
-    /// would be included at once, with a gap as large as the reach. All that is searched beyond the
-    /// reach serves for it: within half of that, blocks that roll onto a floor find no balance.
-    double weight_(const Facet& slave, const Facet& master, double gap) const
+    /// What a segment counts for, in means and in what is covered: a face that turns towards the
+    /// other surface is included gradually.
+    static double facing_(const Segment& s)
     {
-        const auto smooth = [](double x) {
-            x = std::clamp(x, 0.0, 1.0);
-            return x * x * (3 - 2 * x);
-        };
-        const double cosine = std::abs(slave.normal.dot(master.normal)), range = range_(slave);
-        return smooth((cosine - kFacing) / (kFullyFacing - kFacing)) *
-               smooth((range - std::abs(gap)) / (range - reach_));
+        const double cosine = std::abs(s.slave->normal.dot(s.master->normal));
+        const double x = std::clamp((cosine - kFacing) / (kFullyFacing - kFacing), 0.0, 1.0);
+        return x * x * (3 - 2 * x);
     }
 
     /// All segments of a face with a master that does not bend.
@@ -328,32 +320,32 @@ private:
                         part.corner[std::size_t(k)] = fixed_->in_plane(part[k]);
                 }
             }
-            const double weight = segment.weight;
-            if (dual > 0) fixed_->add(*segment.master, segment.polygon, -1, weight * dual);
+            const double facing = facing_(segment);
+            if (dual > 0) fixed_->add(*segment.master, segment.polygon, -1, facing * dual);
             for (int i = 0; i < multipliers.count && dual < 1; ++i) {
                 const Shared share = shared_with(own[std::size_t(i)], segment.polygon);
                 if (share == Shared::nothing) continue;
                 if (share == Shared::all) {
-                    fixed_->add(*segment.master, segment.polygon, i, weight * (1 - dual));
+                    fixed_->add(*segment.master, segment.polygon, i, facing * (1 - dual));
                     break;
                 }
                 intersect(segment.polygon, own[std::size_t(i)], shared);
-                if (shared.count > 0) fixed_->add(*segment.master, shared, i, weight * (1 - dual));
+                if (shared.count > 0) fixed_->add(*segment.master, shared, i, facing * (1 - dual));
             }
         }
         fixed_->end_facet();
     }
 
     /// @param dual    share of the dual functions; the rest is 1 on each node's own part
-    /// @param weight  factor on all functions
+    /// @param facing  factor on all functions
     void integrate_(const Segment& segment, const FaceMultipliers& multipliers, double dual,
-                    double weight)
+                    double facing)
     {
-        if (!(weight > 0)) return;
+        if (!(facing > 0)) return;
         const FacetPlane plane(*segment.slave);
         const Sides sides(*this, segment, plane);
         FaceSums::Master& master = face_sums_.of(segment.master->face);
-        if (dual > 0) integrate_(sides, segment.polygon, multipliers, -1, weight * dual, master);
+        if (dual > 0) integrate_(sides, segment.polygon, multipliers, -1, facing * dual, master);
         if (dual == 1) return;
         ConvexPolygon part, shared;
         for (int i = 0; i < multipliers.count; ++i) {
@@ -362,7 +354,7 @@ private:
                 part.corner[static_cast<std::size_t>(k)] = sides.in_plane(part[k]);
             intersect(segment.polygon, part, shared);
             if (shared.count > 0)
-                integrate_(sides, shared, multipliers, i, weight * (1 - dual), master);
+                integrate_(sides, shared, multipliers, i, facing * (1 - dual), master);
         }
     }
 
