@@ -246,12 +246,7 @@ void Finder::nodes_on_faces(const SharpSurface& own, const SharpSurface& other, 
                                 .value_or(foot.along[0].cross(foot.along[1]).normalized());
         SurfaceContact c;
         c.gap = normal.dot(apart);
-        if (std::abs(c.gap) > reach_) continue;
-        // Beside an edge of bent faces the nearest flat facet may be of the one, and the nearest
-        // place of the other: as the gap closes, what is beside the foot does not.
-        if (!NearestFace::is_over(apart, normal, *hit.facet) &&
-            !NearestFace::is_over(x - hit.point.place, normal, *hit.facet))
-            continue;
+        if (std::abs(c.gap) > reach_ || !NearestFace::is_over(apart, normal, *hit.facet)) continue;
         const auto gap = gap_of(c.gap, bare ? 1 : points_away(own, i, normal), id,
                                 [&] { return size_of(other, hit.facet->face); });
         if (!gap) continue;
