@@ -189,7 +189,7 @@ private:
             const std::size_t first = segments_.size();
             whole += cut_(facet, plane);
             for (std::size_t i = first; i < segments_.size(); ++i)
-                covered += area(segments_[i].polygon);
+                covered += facing_(segments_[i]) * area(segments_[i].polygon);
         }
         if (segments_.empty()) return;
         const auto face = static_cast<std::size_t>(facets[0].face);
@@ -292,8 +292,8 @@ private:
         }
     }
 
-    /// What a segment counts for: a face that turns towards the other surface is included
-    /// gradually.
+    /// What a segment counts for, in means and in what is covered: a face that turns towards the
+    /// other surface is included gradually.
     static double facing_(const Segment& s)
     {
         const double cosine = std::abs(s.slave->normal.dot(s.master->normal));

@@ -22,6 +22,9 @@ constexpr double kLeadsAway = 0.1, kLeastRise = -0.05;
 constexpr double kDeeperWhereFlat = 0.1;
 /// Edges that cross at less have no common normal (sine).
 constexpr double kParallelEdges = 0.05;
+/// Up to this sine they may overlap by this share of a face, times what the sine lacks: see
+/// left_where_parallel().
+constexpr double kNearlyParallel = 0.2, kDeeperWhereParallel = 0.05;
 /// An edge that is inclined by more against a face (sine) touches it with its lower node.
 constexpr double kSteepEdge = 0.7;
 /// Within a chain a point may lie beyond its piece by this share: chains bend a little at nodes.
@@ -324,6 +327,25 @@ struct Crossing {
     }
 };
 
+/// Overlap that a crossing leaves. Where edges are nearly parallel, their crossing moves along them
+/// by far more than they do, and ceases at kParallelEdges; what touches there is held by the edges
+/// beside it, on both sides. So the force ends gradually before the crossing does [m].
+/// @param sine  of the angle of the edges
+/// @param size  of the smaller face [m]
+double left_where_parallel(double sine, double size)
+{
+    const double missing = (kNearlyParallel - sine) / (kNearlyParallel - kParallelEdges);
+    return kDeeperWhereParallel * std::max(missing, 0.0) * size;
+}
+
+/// Overlap that a crossing beyond the end of a piece leaves, where the next piece of a bent surface
+/// leads away from its line: as far as an angle of 45 degrees would.
+/// @param s  place on the piece, 0 to 1 within it
+double left_beyond(double s, double length)
+{
+    return std::max({-s, s - 1, 0.0}) * length;
+}
+
 bool on_piece(const Piece& p, double s)
 {
     return s >= (p.ends[0] ? 0 : -kBeyondFace) && s <= (p.ends[1] ? 1 : 1 + kBeyondFace);
@@ -375,14 +397,23 @@ void Finder::edges_across_edges()
                    v = place_at(master_.places, q.nodes[1]) - b;
         Mat3 basis; // a + s u - (b + t v) = gap normal
         basis << u, -v, -normal;
-        if (std::abs(basis.determinant()) <= kParallelEdges * u.norm() * v.norm()) return;
+        const double sine = std::abs(basis.determinant()) / (u.norm() * v.norm());
+        if (!(sine > kParallelEdges)) return;
         const Vec3 x = basis.inverse() * (b - a);
         if (!on_piece(p, x[0]) || !on_piece(q, x[1]) || std::abs(x[2]) > reach_) return;
         const auto size = [&] {
             return std::min(size_of(slave_, p.faces[0]), size_of(master_, q.faces[0]));
         };
         if (const auto gap = gap_of(x[2], rise, id, size))
-            found.push_back({id, {i, j}, {x[0], x[1]}, a + x[0] * u, normal, *gap});
+            found.push_back(
+                {id,
+                 {i, j},
+                 {x[0], x[1]},
+                 a + x[0] * u,
+                 normal,
+                 *gap + (known_ ? 0
+                                : left_where_parallel(sine, size()) + left_beyond(x[0], u.norm()) +
+                                      left_beyond(x[1], v.norm()))});
     };
     const auto both_sharp = [&](std::size_t i, std::size_t j) {
         const Piece &p = of_slave.pieces[i], &q = of_master.pieces[j];

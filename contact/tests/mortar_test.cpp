@@ -616,3 +616,37 @@ TEST_CASE("a normal of the gap is the gradient of the gap where surfaces are shi
             CHECK(of_mean > 20 * worst);
         });
 }
+
+TEST_CASE("what turns towards a face covers it gradually")
+{
+    // A block of H8 above the ridge of a roof that turns about it, until one side of the roof has a
+    // cosine of 0.2 to the block's faces and covers them: no integral jumps. (Of triangles, halves
+    // of faces leave the range of the search at once.)
+    constexpr double kCell = 0.1, kReach = 3 * kCell;
+    SolidBoxOptions block;
+    block.lowest = {-3 * kCell, -3 * kCell, 0};
+    block.highest = {3 * kCell, 3 * kCell, 0.5};
+    block.cells = {6, 6, 2};
+    const TouchingBody slave = with_surface(make_solid_box(block));
+    std::map<std::int32_t, SurfaceContact> before;
+    double most = 0;
+    int followed = 0;
+    for (double angle = 1.33; angle < 1.41; angle += 5e-4) { // the cosine is 0.2 at 1.369
+        TouchingBody roof = box_body(ElementKind::H8, {0, -2, -2}, {2, 2, 0}, {1, 1, 1});
+        roof.move(turn(1.5707963267948966 - angle, Vec3::UnitY(), {0.013, 0.007, -0.001}));
+        std::map<std::int32_t, SurfaceContact> now;
+        for (const SurfaceContact& c : contacts_of(slave, roof, kReach).contact)
+            now[std::int32_t(c.id)] = c;
+        for (const auto& [id, c] : now)
+            if (const auto known = before.find(id); known != before.end()) {
+                ++followed;
+                const SurfaceContact& k = known->second;
+                const double area = std::abs(c.area - k.area),
+                             volume = std::abs(c.area * c.gap - k.area * k.gap);
+                most = std::max({most, area / (kCell * kCell), volume / (kCell * kCell * kCell)});
+            }
+        before = std::move(now);
+    }
+    CHECK(followed > 400);
+    CHECK(most < 0.01); // 0.1 where what is covered counts wholly
+}

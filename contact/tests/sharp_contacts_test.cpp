@@ -331,3 +331,48 @@ TEST_CASE("chains: 12 of a box and the rims of a cylinder and none of a ball")
     ball.cells = 8;
     CHECK(sharp_body(with_surface(make_solid_ball(ball))).sharp.sharp == 0);
 }
+
+TEST_CASE("the force of edges that cross ends gradually as they become parallel")
+{
+    // The lower edge of a box, tilted about it, 10 um in a flat block whose mesh has lines nearly
+    // along it.
+    constexpr double kDeep = 1e-5;
+    for (const ElementKind kind : {ElementKind::T4, ElementKind::H8}) {
+        CAPTURE(std::string(shape_of(kind).name));
+        SolidBoxOptions options;
+        options.lowest = {-0.05, -0.05, -0.02};
+        options.highest = {0.05, 0.05, 0};
+        options.cells = {10, 4, 2};
+        options.kind = kind;
+        const Sharp block = sharp_body(with_surface(make_solid_box(options)));
+        const auto left_at = [&](double angle) {
+            TouchingBody b =
+                box_body(ElementKind::H8, {-0.04, 0, 0}, {0.04, 0.02, 0.02}, {1, 1, 1});
+            b.move(turn(angle, Vec3::UnitZ(), {0.005, 0, -kDeep}) * turn(0.5, Vec3::UnitX()));
+            const Sharp box = sharp_body(std::move(b));
+            const SurfaceContacts found = sharp_contacts(block.now(), box.now(), 1e-3);
+            double least = 1;
+            for (const SurfaceContact& c : found.contact) {
+                const auto nodes = found.slave(c);
+                if (nodes.size() != 2 || std::abs(nodes[0].weight - 0.5) > 0.4) continue;
+                const Vec3 along = block.body.mesh.nodes[std::size_t(nodes[1].node)] -
+                                   block.body.mesh.nodes[std::size_t(nodes[0].node)];
+                if (std::abs(along.normalized().x()) > 1 - 1e-9)
+                    least = std::min(least, c.gap + kDeep);
+            }
+            return least;
+        };
+        CHECK(std::abs(left_at(0.21)) < 1e-12);
+        CHECK(std::abs(left_at(0.3)) < 1e-12);
+        double before = 0;
+        for (double angle = 0.2; angle > 0.0505; angle -= 0.002) {
+            CAPTURE(angle);
+            const double left = left_at(angle);
+            CHECK(left >= before - 1e-12);
+            CHECK(left - before < 1e-3 * 0.03); // of a face
+            before = left;
+        }
+        CHECK(before > 0.04 * 0.01); // of a face: more than a force there leaves
+        CHECK(left_at(0.049) == 1);
+    }
+}

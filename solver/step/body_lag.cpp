@@ -11,8 +11,9 @@
 // What there is then, in this order:
 //
 //   1 a contact that carried a force when it was lost for the second time in a step is kept until
-//   the
-//     step's end: the balance with the contacts of both geometries (Filippov's, of laws that jump);
+//     the step's end: the balance with the contacts of both geometries (Filippov's, of laws that
+//     jump). In steps from bodies without contact, which begin far from their end: for the fifth
+//     time, since what is kept stays as an iterate on the way was;
 //   2 in a step that was shortened without success: the balance with contacts as the last iteration
 //   found
 //     them, moved along their normals. How far that is from the contacts at the end is measured,
@@ -21,7 +22,8 @@
 namespace amontons {
 namespace {
 
-constexpr int kOften = 2;         // lost that often, a contact stays
+constexpr int kOften = 2;         // lost that often, a contact stays,
+constexpr int kOftenFromRest = 5; // and in a step from bodies without contact
 constexpr double kJump = 0.03;    // of a unit normal
 constexpr double kAside = 0.01;   // of the smaller body: one that has moved farther along is lost
 constexpr double kMostLag = 0.01; // of the forces, or of what the law is relative to
@@ -65,7 +67,7 @@ void BodyStepper::hold_lost(const BodyContacts& before, std::span<const double> 
             continue;
         }
         if (force == force_.end() || force->second.isZero(0)) continue;
-        if (++lost_[name] < kOften) continue;
+        if (++lost_[name] < (from_ ? kOftenFromRest : kOften)) continue;
         const auto a = before.place_a(k).nodes, b = before.place_b(k).nodes;
         HeldContact held{k, {a.begin(), a.end()}, {b.begin(), b.end()}, moved_before[c], {}};
         held.contact.id = name.id;

@@ -67,6 +67,17 @@ def check_mixed(program, seed, numbers):
     return 1 if wrong else 0
 
 
+def check_alone(program, scenes):
+    """Scenes SEED:NUMBER, each of which has to be done."""
+    wrong = 0
+    for seed, number in (s.split(":") for s in scenes):
+        scene = json.loads(run(program, "--suite", "random", "--seed", seed, "--scene", number, "--json").stdout)
+        if scene["outcome"] != "done":
+            wrong += 1
+            print_scene(scene, seed)
+    return wrong
+
+
 def main():
     parser = argparse.ArgumentParser(description=__doc__.split("\n\n", maxsplit=1)[0])
     parser.add_argument("program")
@@ -74,6 +85,7 @@ def main():
     parser.add_argument("--seed", default="1")
     parser.add_argument("--count", default="40")
     parser.add_argument("--mixed", nargs="+", metavar="K", help="only these scenes of the suite that mixes all bodies")
+    parser.add_argument("--alone", nargs="+", default=[], metavar="SEED:K", help="scenes of other seeds that are done")
     options = parser.parse_args()
     if options.mixed:
         return check_mixed(options.program, options.seed, options.mixed)
@@ -94,7 +106,7 @@ def main():
             print_scene(s, options.seed)
     count = {o: sum(s["outcome"] == o for s in scenes) for o in ("done", "refused", "known", "wrong")}
     print(f"{len(scenes)} scenes: {count}, {sum(s['cpu_seconds'] for s in scenes):.1f} s of processor time")
-    return 1 if count["wrong"] else 0
+    return 1 if check_alone(options.program, options.alone) + count["wrong"] else 0
 
 
 if __name__ == "__main__":
