@@ -6,8 +6,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
+#include <cstdint>
 #include <limits>
+#include <vector>
 
 // Pivoting contacts between open, stick and slip, for one wire (wire_pivot.cpp), for instruments
 // in one another (coaxial_pivot.cpp) and for rods (rod_problem.cpp). A System states which rows a
@@ -216,6 +219,30 @@ struct StallCounter {
     int best = std::numeric_limits<int>::max(), all = kAll, apart = kApart;
 };
 
+/// Finds that trials go in circles, where one follows from the one before alone.
+struct CircleFinder {
+    std::vector<std::uint64_t> tried; ///< hashes of the trials so far
+
+    /// @param shift  of the matrix [N/m]
+    /// @return  true if these statuses have been tried with it before
+    bool closed_by(const std::vector<Trial>& now, double shift)
+    {
+        constexpr double kSame = 1e-6; // directions that differ by less: no turn is as small
+        std::uint64_t hash = 14695981039346656037u;
+        const auto add = [&](std::uint64_t value) { hash = (hash ^ value) * 1099511628211u; };
+        add(std::bit_cast<std::uint64_t>(shift));
+        for (const Trial& t : now) {
+            add(std::uint64_t(t.status));
+            if (t.status != 2) continue;
+            for (const double c : {t.c1, t.c2})
+                add(std::uint64_t(std::int64_t(std::lround(c / kSame))));
+        }
+        if (std::ranges::find(tried, hash) != tried.end()) return true;
+        tried.push_back(hash);
+        return false;
+    }
+};
+
 /// Changes the status of the last contact whose status is wrong, and of every one before it that is
 /// on no body of those already changed, so that separate places are changed in the same trial.
 template <class System, class Turn>
@@ -231,6 +258,13 @@ void flip_independent(const System& s, const std::vector<Change>& wrong, const T
             if (b >= 0) taken[std::size_t(b)] = 1;
         turn(k);
     }
+}
+
+/// Statuses of several contacts may be changed at once, on separate bodies.
+template <class System> bool tries_apart(const System& s, const StallCounter& patience)
+{
+    if constexpr (requires { s.bodies(); }) return patience.apart > 0 && s.bodies() > 1;
+    return false;
 }
 
 /// Changes the status of contacts where it is wrong: of all of them, or of separate ones, or of
@@ -300,6 +334,7 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
 
     std::vector<Change> wrong(n);
     StallCounter patience;
+    CircleFinder circle;
     int from = s.first(); // the factor of nodes before it is that of the last trial
     int progress = 0;     // the last trial with fewer wrong statuses than all before it
     for (int trial = 0; trial < std::max(s.most_trials(),
@@ -322,7 +357,14 @@ bool pivot(System& s, const Residual& res, const NewtonOptions& options, double&
         if (count == 0) return true;
 
         from = s.last();
-        if (count < patience.best) progress = trial;
+        if (count < patience.best) {
+            progress = trial;
+            circle = {};
+        } else if (patience.all == 0 && circle.closed_by(trials, shift)) {
+            if (!tries_apart(s, patience)) return false;
+            patience.apart = 0; // the other way to change them is left
+            circle = {};
+        }
         flip_statuses(s, wrong, count, patience, [&](std::size_t k) {
             change(s.contact(k), trials[k], wrong[k].kind);
             from = std::min(from, s.lowest(k));

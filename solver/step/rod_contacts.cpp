@@ -66,7 +66,7 @@ struct RodSweep {
         if (length <= radius) return false;
         const auto straight = [&](double w) { return Vec3(a + w * (b - a)); };
         if (half > 0) {
-            if (!comes_near(straight, length, least + around, radius)) return false;
+            if (!comes_near(straight, (b - a).norm(), least + around, radius)) return false;
             // So near to each other that nothing much thinner than the rod is between them.
             const bool fine = 2 * around <= radius || half < std::ldexp(1, -kHalvings);
             const auto part = [&](double t) {

@@ -1,5 +1,6 @@
 // Laws of rods that touch; closed forms of single cases are in validation/cases.
 
+#include "solver/step/pivot_method.hpp"
 #include "solver/step/tests/body_runs.hpp"
 
 #include "mesh/base/error.hpp"
@@ -355,6 +356,26 @@ TEST_CASE("places that many wires touch at are settled beside each other and not
         return sum;
     };
     CHECK(factors(many) < 4 * factors(few)); // of five times the wires
+}
+
+TEST_CASE("trials of statuses that come round again are found the first time")
+{
+    // Two on their way to a circle of five, each with a slip direction of its own.
+    const auto tried = [](int k) {
+        std::vector<Trial> t(3);
+        t[0].status = k < 2 ? 1 : 2;
+        t[1].status = 2;
+        t[1].c1 = std::cos(0.1 * (k < 2 ? k : 2 + (k - 2) % 5));
+        t[1].c2 = std::sin(0.1 * (k < 2 ? k : 2 + (k - 2) % 5));
+        return t;
+    };
+    pivoting::CircleFinder circle;
+    for (int k = 0; k < 7; ++k) {
+        CAPTURE(k);
+        CHECK(!circle.closed_by(tried(k), 0));
+    }
+    CHECK(circle.closed_by(tried(7), 0));
+    CHECK(!circle.closed_by(tried(7), 1)); // the matrix is another one
 }
 
 TEST_CASE("where balances end a rod snaps and what that releases is counted")
