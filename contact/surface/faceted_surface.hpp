@@ -5,6 +5,9 @@
 #include "mesh/extract_surface.hpp"
 #include "mesh/face_shape.hpp"
 
+#include <algorithm>
+#include <cmath>
+
 namespace amontons {
 
 /// How a face falls into flat triangles, by its own nodes.
@@ -66,6 +69,12 @@ struct PlacedSurface {
     /// all of the outside.
     double thickness = 0;
     std::span<const Vec3> at_rest; ///< without strain [m]; empty: not known
+
+    /// The surface without strain, where that is known.
+    PlacedSurface without_strain() const
+    {
+        return {facets, at_rest.empty() ? places : at_rest, 0, {}};
+    }
 };
 
 /// A place on a surface by its nodes; weights sum to 1.
@@ -81,5 +90,19 @@ struct SurfacePlace {
         return std::span(node).first(std::size_t(count));
     }
 };
+
+/// A place on a face by the nodes that count there.
+/// @param values  shape functions of the face's nodes
+template <class Values>
+SurfacePlace place_on_face(std::span<const std::int32_t> nodes, const Values& values)
+{
+    SurfacePlace p;
+    for (std::size_t k = 0; k < nodes.size(); ++k)
+        if (std::abs(values[Eigen::Index(k)]) > 1e-14)
+            p.node[std::size_t(p.count++)] = {nodes[k], values[Eigen::Index(k)]};
+    std::sort(p.node.begin(), p.node.begin() + p.count,
+              [](const StencilEntry& a, const StencilEntry& b) { return a.node < b.node; });
+    return p;
+}
 
 } // namespace amontons

@@ -61,13 +61,7 @@ struct FacingPlaces {
             found = true;
             spot.depth = std::sqrt(least);
             spot.normal = normal;
-            spot.other = {};
-            for (std::size_t i = 0; i < 3; ++i)
-                if (at.weights[Eigen::Index(i)] > 0)
-                    spot.other.node[std::size_t(spot.other.count++)] = {
-                        t.nodes[i], at.weights[Eigen::Index(i)]};
-            std::sort(spot.other.node.begin(), spot.other.node.begin() + spot.other.count,
-                      [](const StencilEntry& p, const StencilEntry& q) { return p.node < q.node; });
+            spot.other = place_on_face(t.nodes, at.weights);
             return least;
         };
         tree->least([&](const BoundingBox& box) { return squared_distance(box, spot.point); },
@@ -136,15 +130,10 @@ void self_overlap_spots(const PlacedSurface& a, const PlacedSurface& b, const In
         const bool four = nodes.size() == 4;
         const Vec3 xi = four ? Vec3(Vec3::Zero()) : Vec3(1.0 / 3, 1.0 / 3, 0);
         const auto values = face_shape_values(int(nodes.size()), xi);
-        SurfacePlace place;
         Vec3 x = Vec3::Zero();
-        for (std::size_t k = 0; k < nodes.size(); ++k) {
-            place.node[std::size_t(place.count++)] = {nodes[k], values[Eigen::Index(k)]};
+        for (std::size_t k = 0; k < nodes.size(); ++k)
             x += values[Eigen::Index(k)] * a.places[std::size_t(nodes[k])];
-        }
-        std::sort(place.node.begin(), place.node.begin() + place.count,
-                  [](const StencilEntry& p, const StencilEntry& q) { return p.node < q.node; });
-        note(place, x, a.facets.of_face(f));
+        note(place_on_face(nodes, values), x, a.facets.of_face(f));
     }
 }
 
