@@ -203,16 +203,15 @@ FaceSpot spot(const FaceInPlane& face, const Vec2& xi)
 
 namespace {
 
-/// Newton's step to the place that is `off` away, along the tangents a and b.
-Vec2 step_in_plane(const Vec2& off, const Vec2& a, const Vec2& b)
-{
-    return Vec2{b.y() * off.x() - b.x() * off.y(), a.x() * off.y() - a.y() * off.x()} /
-           (a.x() * b.y() - a.y() * b.x());
-}
-
 double cross(const Vec2& a, const Vec2& b)
 {
     return a.x() * b.y() - a.y() * b.x();
+}
+
+/// Newton's step to the place that is `off` away, along the tangents a and b.
+Vec2 step_in_plane(const Vec2& off, const Vec2& a, const Vec2& b)
+{
+    return Vec2{cross(off, b), cross(a, off)} / cross(a, b);
 }
 
 /// Where a quadrilateral in a plane, middle + x a + y b + x y twist, lies at z: eliminating y
