@@ -62,7 +62,7 @@ std::string scene_of(const std::string& mesh, const std::string& ball, const std
 
 } // namespace
 
-TEST_CASE("a hand that presses a slit shut feels the force of the same run")
+TEST_CASE("a hand that presses a slit shut receives the force of the same run")
 {
     const TemporaryFolder folder;
     const std::string mesh = folder / "slit";
@@ -90,8 +90,8 @@ TEST_CASE("a hand that presses a slit shut feels the force of the same run")
     }
     REQUIRE(link.not_touched() == 0); // all of the way to the device, each time
     const Vec3 moved = link.held().pose().position - start;
-    const Vec3 felt = link.held().force().force;
-    CHECK(felt.z() == // the spring's
+    const Vec3 force = link.held().force().force;
+    CHECK(force.z() == // the spring's
           test::relative(set.link.spring.stiffness * (moved.z() - way)).epsilon(1e-6));
     int shut = 0;
     for (const ContactRecord& c : link.contact_records())
@@ -106,7 +106,7 @@ TEST_CASE("a hand that presses a slit shut feels the force of the same run")
         scene_of(mesh, fmt::format(R"(, "drive": {{{}, {}, {}}})", along(0), along(1), along(2)),
                  R"("time": {"kind": "quasi_static", "step": 0.125, "end": 1})"));
     CHECK(same.value("slit_on_slit_normal_force") > 0);
-    CHECK((same.vector("ball_on_slit_force") + felt).norm() < 1e-5 * felt.norm());
+    CHECK((same.vector("ball_on_slit_force") + force).norm() < 1e-5 * force.norm());
 
     // The operator gives that force at its own pose.
     ReducedOperator<double> op(300);
@@ -116,5 +116,5 @@ TEST_CASE("a hand that presses a slit shut feels the force of the same run")
     options.max_sweeps = 5000;
     ProxyLoop<double> loop(300, options);
     REQUIRE(loop.take(op, 0));
-    CHECK((loop.tick(device, 1e-3).wrench.force - felt).norm() < 1e-6 * felt.norm());
+    CHECK((loop.tick(device, 1e-3).wrench.force - force).norm() < 1e-6 * force.norm());
 }
