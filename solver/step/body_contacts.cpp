@@ -421,6 +421,7 @@ void ContactFinder::find_updated(const std::vector<BodyRef>& bodies, int pair, B
             std::remove_if(out.contact.begin() + first, out.contact.end(),
                            [&](const BodyContact& c) { return c.gap > p.margin + closed; }),
             out.contact.end());
+    add_corner_rows(bodies, pair, std::size_t(first), out);
     add_place_rows(bodies, pair, out);
     add_start_gaps(pair, std::size_t(first), out);
 }

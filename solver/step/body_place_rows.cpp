@@ -11,6 +11,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 
 // Rows at places deep in another body (found by body_overlap.cpp): multipliers of a coarse side
 // constrain means only, and do not resolve a body that enters its faces between them.
@@ -19,6 +20,11 @@ namespace amontons {
 namespace {
 
 constexpr double kSameRow = 0.05; // of weights
+constexpr double kOnFace = 0.01;  // of a face: corners of a flat side that lies on it
+constexpr double kInward = 1e-3;  // of the way to their middle: a corner itself has several normals
+constexpr double kReachOut = 0.6; // of the way to a corner: three rows in a line are at 2/3
+constexpr int kAround = 8;        // places on the rim of a cylinder's end
+constexpr std::size_t kMostCorners = 1000;
 
 bool same_place(const SurfacePlace& a, const SurfacePlace& b)
 {
@@ -41,6 +47,102 @@ bool ContactFinder::add_row(const BodyOverlap& o, double tolerance)
     if (std::ranges::any_of(rows, known)) return false;
     rows.push_back({rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, tolerance});
     return true;
+}
+
+namespace {
+
+/// Ends of the flat sides of a rigid shape, in its own frame [m]; none of other shapes.
+std::vector<Vec3> corners_of(const RigidShape& shape)
+{
+    std::vector<Vec3> corners;
+    if (const auto* box = std::get_if<Box>(&shape)) {
+        for (const double x : {-1.0, 1.0})
+            for (const double y : {-1.0, 1.0})
+                for (const double z : {-1.0, 1.0})
+                    corners.push_back(Vec3(x, y, z).cwiseProduct(box->half_extents));
+    } else if (const auto* rod = std::get_if<Cylinder>(&shape)) {
+        for (const double z : {-rod->half_length, rod->half_length})
+            for (int k = 0; k < kAround; ++k) {
+                const double angle = 2 * std::numbers::pi * k / kAround;
+                corners.emplace_back(rod->radius * std::cos(angle), rod->radius * std::sin(angle),
+                                     z);
+            }
+    } else if (const auto* triangles = std::get_if<TriangleShape>(&shape)) {
+        if (triangles->mesh.points.size() <= kMostCorners) corners = triangles->mesh.points;
+    }
+    return corners;
+}
+
+/// Do places lie so far out, seen from the middle of the corners, as some share of each corner?
+bool reach_out(std::span<const Vec3> places, std::span<const Vec3> corners, double share)
+{
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& x : corners)
+        middle += x / double(corners.size());
+    return std::ranges::all_of(corners, [&](const Vec3& x) {
+        const Vec3 way = x - middle;
+        return std::ranges::any_of(places, [&](const Vec3& p) {
+            return way.dot(p - middle) >= share * way.squaredNorm();
+        });
+    });
+}
+
+} // namespace
+
+/// A free body may lie with a flat side on faces so large that its multipliers, which are at the
+/// nearest nodes of faces that are covered in part, are on one line, or are one alone. It would
+/// turn about them, freely, as far as rows of overlaps leave; and so it would beside two by two,
+/// under half of the moment that tips it. Then places below its corners get rows that leave
+/// nothing.
+/// @param first  of the pair's contacts in `out`
+void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair, std::size_t first,
+                                    const BodyContacts& out)
+{
+    const ContactPair& p = pairs_[std::size_t(pair)];
+    const SolidBody* solid = bodies[std::size_t(p.a)].solid;
+    const RigidBody* rigid = p.b >= 0 ? bodies[std::size_t(p.b)].rigid : nullptr;
+    if (!solid || !rigid || rigid->driven() || first == out.contact.size()) return;
+    const auto contacts = std::span(out.contact).subspan(first);
+    double area = 0;
+    for (const BodyContact& c : contacts)
+        area = std::max(area, c.area);
+    const double on_face = kOnFace * std::sqrt(area);
+    std::vector<Vec3> points;
+    Vec3 normal = Vec3::Zero(), middle = Vec3::Zero();
+    for (const BodyContact& c : contacts) {
+        if (!(c.gap <= on_face && c.area > 0)) continue;
+        points.push_back(c.point);
+        normal += c.area * c.frame.col(0);
+        middle += c.point;
+    }
+    if (points.empty() || normal.isZero(0)) return;
+    normal.normalize();
+    middle /= double(points.size());
+
+    std::vector<Vec3> touching;
+    BoundingBox near;
+    for (const Vec3& own : corners_of(rigid->shape())) {
+        const Vec3 x = rigid->placement() * own;
+        if (std::abs(normal.dot(x - middle)) > on_face) continue;
+        touching.push_back(x);
+        near.add(x);
+    }
+    if (touching.size() < 3 || reach_out(points, touching, kReachOut)) return;
+    const FaceDistance faces({*p.surface_a->facets, solid->places()}, near);
+    if (faces.empty()) return;
+    middle.setZero();
+    for (const Vec3& x : touching)
+        middle += x / double(touching.size());
+    std::int32_t hint = -1;
+    rows_.resize(given_);
+    for (const Vec3& x : touching) {
+        const auto foot = faces.at(x + kInward * (middle - x), hint);
+        if (!foot || std::abs(foot->distance) > on_face) continue;
+        BodyOverlap o;
+        o.pair = pair;
+        o.own = faces.place_of(*foot);
+        add_row(o, 0);
+    }
 }
 
 bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
