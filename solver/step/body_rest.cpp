@@ -16,7 +16,7 @@
 // searched for, in equal parts of the time since the start. Where it ends with a force at a contact
 // that is not found at its end (body_lag.cpp), that contact stays as an iterate was: then it is
 // made in finer parts, too, until it ends without such a contact. If it never does, the first is
-// accepted, and how much the forces of the others differ from it is told.
+// accepted, and how much the forces of the others differ from it is reported.
 
 namespace amontons {
 namespace {

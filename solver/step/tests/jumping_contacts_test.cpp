@@ -84,10 +84,10 @@ TEST_CASE("a rigid box in a coarse block ends with the same force in any number 
     }
 }
 
-TEST_CASE("where a deep box has several balances, a warning tells how much their forces differ")
+TEST_CASE("where a deep box has several balances, a warning reports how much their forces differ")
 {
     // Its corners are beside sides of T6 that bend: contacts are lost there in each iteration, and
-    // are kept as they were found. In 2 and 6 steps it ended 2 % apart, without a word.
+    // are kept as they were found. The forces of 2 and 6 steps differ by 2 %.
     const auto pressed = [](int steps) {
         return run(fmt::format(R"("bodies": {{
             "tool": {{"kind": "rigid", "shape": {{"generate": "box", "size": [0.1232, 0.1232, 0.1232]}},
@@ -103,15 +103,15 @@ TEST_CASE("where a deep box has several balances, a warning tells how much their
     const Result a = pressed(2), b = pressed(6);
     REQUIRE_MESSAGE(a.summary.status == "done", a.summary.message);
     REQUIRE_MESSAGE(b.summary.status == "done", b.summary.message);
-    double told = 1e-3; // what other numbers of steps may change without a word
+    double reported = 1e-3; // where no warning reports more
     const std::string words = "were found differ by ";
     for (const Result* r : {&a, &b})
         for (const std::string& w : r->summary.warnings)
             if (const std::size_t at = w.find(words); at != std::string::npos)
-                told = std::max(told, std::stod(w.substr(at + words.size())));
+                reported = std::max(reported, std::stod(w.substr(at + words.size())));
     const Vec3 force = a.vector("tool_on_block_force");
-    CHECK((b.vector("tool_on_block_force") - force).norm() < told * force.norm());
-    CHECK(told < 0.05);
+    CHECK((b.vector("tool_on_block_force") - force).norm() < reported * force.norm());
+    CHECK(reported < 0.05);
 }
 
 TEST_CASE("a head of few triangles passes through a canal without jumps at its edges")
