@@ -2,13 +2,21 @@
 #include "solver/body/solid_body.hpp"
 #include "solver/step/body_stepper.hpp"
 
+#include <algorithm>
+#include <map>
+#include <optional>
+#include <vector>
+
 // Steps at rest whose end does not depend on the path: linear solids that are held, and bodies that
 // are led, without friction. Contacts at corners and edges appear and disappear as faces turn, and
 // rows at deep places are added by what an iterate shows: on the geometry at the end of a step
 // there may be several equilibria, and the iteration comes to one or another from the end of the
 // step before. Where such contacts act, the step is made again from the bodies without contact,
 // whatever the steps before were; where what is prescribed has moved farther than contacts are
-// searched for, in equal parts of the time since the start.
+// searched for, in equal parts of the time since the start. Where it ends with a force at a contact
+// that is not found at its end (body_lag.cpp), that contact stays as an iterate was: then it is
+// made in finer parts, too, until it ends without such a contact. If it never does, the first is
+// accepted, and how much the forces of the others differ from it is reported.
 
 namespace amontons {
 namespace {
@@ -61,6 +69,15 @@ bool BodyStepper::depends_on_path() const
     });
 }
 
+/// Some force acts at a contact that is not found at the iterate.
+bool BodyStepper::keeps_lost() const
+{
+    return std::ranges::any_of(stays_, [&](const auto& held) {
+        const auto acting = force_.find(held.first);
+        return acting != force_.end() && !acting->second.isZero(0);
+    });
+}
+
 BodyStepper::Places BodyStepper::places() const
 {
     Places all;
@@ -78,9 +95,36 @@ void BodyStepper::begin_at_places()
 
 namespace {
 
+using PairForces = std::map<int, Vec3>;
+
+/// The sum of the forces of each pair.
+PairForces pair_forces(const BodyStepper::Forces& forces)
+{
+    PairForces sum;
+    for (const auto& [key, force] : forces)
+        sum.try_emplace(key.pair, Vec3::Zero()).first->second += force;
+    return sum;
+}
+
+/// How much two differ, of the largest of the first.
+double differing(const PairForces& a, const PairForces& b)
+{
+    double largest = 0, difference = 0;
+    for (const auto& [pair, force] : a) {
+        const auto other = b.find(pair);
+        largest = std::max(largest, force.norm());
+        difference =
+            std::max(difference, other == b.end() ? force.norm() : (force - other->second).norm());
+    }
+    return largest > 0 ? difference / largest : 0;
+}
+
 /// The step in so many parts of the way from the start.
+/// @param kept  out: the forces of a balance with contacts that are not found at its end, of which
+///              nothing is accepted; null: it may have such contacts
 bool step_in_parts(BodySystem& system, const StepInput& step, int parts,
-                   const BodyStepOptions& options, BodyStepReport& report)
+                   const BodyStepOptions& options, BodyStepReport& report,
+                   std::optional<PairForces>* kept)
 {
     BodyStepper::Places places;
     BodyStepper::Forces forces;
@@ -94,9 +138,11 @@ bool step_in_parts(BodySystem& system, const StepInput& step, int parts,
         system.finder.begin_rows(false);
         BodyStepper stepper(system, input, options, own);
         stepper.begin_from(std::move(places), std::move(forces), k < parts);
+        if (kept) stepper.refuse_kept();
         own.accepted = stepper.run();
         own.add_cost_of(report);
         report = std::move(own);
+        if (kept && stepper.converged()) *kept = pair_forces(stepper.forces());
         if (!report.accepted) return false;
         places = stepper.places();
         forces = stepper.forces();
@@ -107,12 +153,24 @@ bool step_in_parts(BodySystem& system, const StepInput& step, int parts,
 } // namespace
 
 bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
-                    BodyStepReport& report)
+                    BodyStepReport& report, const BodyStepper& from_before)
 {
     const int parts = parts_from_start(system, step.end());
-    for (int finer = 1; parts > 0 && finer <= kFinerParts; finer *= 2)
-        if (step_in_parts(system, step, finer * parts, options, report)) return true;
-    return false;
+    int first = 0; // number of parts that ends with contacts that are not found there,
+    std::vector<PairForces> balances;
+    for (int finer = 1; parts > 0 && finer <= kFinerParts; finer *= 2) {
+        std::optional<PairForces> kept;
+        if (step_in_parts(system, step, finer * parts, options, report, &kept)) return true;
+        if (!kept) continue;
+        if (first == 0) first = finer * parts;
+        balances.push_back(std::move(*kept));
+    }
+    if (first == 0) return false;
+    if (from_before.converged()) balances.push_back(pair_forces(from_before.forces()));
+    if (!step_in_parts(system, step, first, options, report, nullptr)) return false;
+    for (const PairForces& other : balances)
+        report.spread = std::max(report.spread, differing(balances.front(), other));
+    return true;
 }
 
 } // namespace amontons

@@ -54,7 +54,7 @@ struct BodySimulation::State {
     /// Examines linear solids as they are now: at frames, and at the end. O(elements), and of a
     /// condensed solid a solve.
     void note_limits();
-    int lagging = 0, jumps = 0; ///< steps of this run whose contacts lag behind, whose energy jumps
+    int lagging = 0, jumps = 0; ///< steps whose contacts lag or jump, whose energy jumps
     int unstable = 0;           ///< steps whose balance does not stand
     bool unstable_kept = false; ///< the last step's does not, and was not left
     std::string why_kept;

@@ -546,10 +546,16 @@ bool BodyStepper::run()
     }
 
     if (part_) return report_.error <= report_.threshold;
+    converged_ = report_.error <= report_.threshold;
     if (refuse_path_ && depends_on_path()) {
         report_.refusal = "contacts that may depend on the path";
         return false;
     }
+    if (refuse_kept_ && converged_ && keeps_lost()) {
+        report_.refusal = "contacts that are not found at the end of the step";
+        return false;
+    }
+    converged_ = false;
 
     // ---- Refusal and its reason
     if (!(report_.error <= report_.threshold)) {

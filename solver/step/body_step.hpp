@@ -109,6 +109,9 @@ struct BodyStepReport {
     /// Distance of the contacts used from those at the end of the step (relative): 0 except where
     /// contacts jump from one iteration to the next.
     double lag = 0;
+    /// Of a step with contacts that are not found at its end: how much the forces of other balances
+    /// differ that were found there (relative).
+    double spread = 0;
     std::vector<double> errors;       ///< of each iteration, where one is not enough
     std::vector<std::string> remarks; ///< e.g. unconstrained modes
     double friction = 0;              ///< dissipated by friction [J]

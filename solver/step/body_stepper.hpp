@@ -45,6 +45,10 @@ public:
     }
     /// The step is refused where its contacts may depend on the path to its end.
     void refuse_path() { refuse_path_ = true; }
+    /// The step is refused where a force acts at a contact that is not found at its end.
+    void refuse_kept() { refuse_kept_ = true; }
+    /// The iteration has converged, and the step was refused for its contacts alone.
+    bool converged() const { return converged_; }
     /// Of the last iterate, for begin_from().
     Places places() const;
     const Forces& forces() const { return force_; } ///< of the last iterate, for begin_from()
@@ -191,9 +195,11 @@ private:
     void begin_at_places();
     void begin_from_repeated();
     bool depends_on_path() const;
+    bool keeps_lost() const;
 
     std::optional<Places> from_;
     bool part_ = false, refuse_path_ = false; ///< see begin_from(), refuse_path()
+    bool refuse_kept_ = false, converged_ = false;
     void find_at_start();
     void note_friction_before();
     double friction_of_departed() const;
@@ -307,8 +313,9 @@ private:
 /// True if the end of a step at rest is a function of what is prescribed and of loads.
 bool is_independent_of_path(const BodySystem& system);
 /// Such a step, from bodies without contact on (body_rest.cpp).
+/// @param from_before  converged from the end of the step before, or not
 /// @return  false if it was not accepted
 bool step_from_rest(BodySystem& system, const StepInput& step, const BodyStepOptions& options,
-                    BodyStepReport& report);
+                    BodyStepReport& report, const BodyStepper& from_before);
 
 } // namespace amontons

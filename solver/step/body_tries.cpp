@@ -82,7 +82,7 @@ BodyStepReport try_body_step(BodySystem& system, const StepInput& step,
             if (of_end) tried->refuse_path();
             report.accepted = tried->run();
             if (of_end && !report.accepted && !(options.stop && *options.stop)) {
-                if (step_from_rest(system, step, own, report)) return report;
+                if (step_from_rest(system, step, own, report, *tried)) return report;
                 system.finder.begin_rows(false);
                 const BodyStepReport refused = std::exchange(report, {});
                 tried = std::make_unique<BodyStepper>(system, step, own, report);
