@@ -4,6 +4,7 @@
 #include "contact/surface/contact_sums.hpp"
 #include "contact/surface/facet_outline.hpp"
 #include "contact/surface/fixed_integrals.hpp"
+#include "contact/surface/polygon_sides.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -211,6 +212,7 @@ private:
     {
         double heights[2];
         const ConvexPolygon own = outline(facet, plane, false, heights);
+        const PolygonSides sides(own);
         const double whole = area(own), least = kNoOverlap * whole;
         const double range = range_(facet);
         const std::size_t first = segments_.size();
@@ -244,12 +246,11 @@ private:
                 if (behind_[k]) deepest = std::min(deepest, kOwnThickness * behind_[k]->way);
             }
             double far[2];
-            const ConvexPolygon seen = outline(other, plane, !hides, far);
+            outline_to(other, plane, !hides, far, shared_);
             if (far[0] > range || far[1] < -range) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
-            for_convex_parts(seen, [&](const ConvexPolygon& part) {
-                shared_ = part;
-                if (!cut_to(own, shared_)) return;
+            const auto add_shared = [&] {
+                if (!cut_to(sides, shared_)) return;
                 const double size = area(shared_);
                 if (!(size > least)) return;
                 const Vec2 off = middle(shared_) - middle_place.head<2>();
@@ -259,7 +260,21 @@ private:
                     layers = true;
                 else
                     covered += size;
-                segments_.push_back({&facet, &other, shared_, gap, hides});
+                Segment& segment = segments_.emplace_back();
+                segment.slave = &facet;
+                segment.master = &other;
+                copy_corners(shared_, segment.polygon);
+                segment.gap = gap;
+                segment.hides = hides;
+            };
+            if (shared_.count == 3) {
+                add_shared();
+                continue;
+            }
+            const ConvexPolygon seen = shared_;
+            for_convex_parts(seen, [&](const ConvexPolygon& part) {
+                shared_ = part;
+                add_shared();
             });
         }
         if (layers || covered > (1 + kTwice) * whole) keep_nearest_(first, least);
@@ -306,7 +321,7 @@ private:
     {
         fixed_->begin_face(multipliers, face_sums_);
         const Facet* facet = nullptr;
-        std::array<ConvexPolygon, 4> own; // parts of the facet where one function is 1
+        std::array<PolygonSides, 4> own; // parts of the facet where one function is 1
         ConvexPolygon shared;
         for (const Segment& segment : segments_) {
             if (segment.slave != facet) {
@@ -314,10 +329,11 @@ private:
                 facet = segment.slave;
                 fixed_->begin_facet(*facet);
                 for (int i = 0; i < multipliers.count && dual < 1; ++i) {
-                    ConvexPolygon& part = own[std::size_t(i)];
-                    part = nearest_part(int(slave_.face(std::size_t(facet->face)).size()), i);
+                    ConvexPolygon part =
+                        nearest_part(int(slave_.face(std::size_t(facet->face)).size()), i);
                     for (int k = 0; k < part.count; ++k)
                         part.corner[std::size_t(k)] = fixed_->in_plane(part[k]);
+                    own[std::size_t(i)] = PolygonSides(part);
                 }
             }
             const double facing = facing_(segment);
@@ -329,8 +345,9 @@ private:
                     fixed_->add(*segment.master, segment.polygon, i, facing * (1 - dual));
                     break;
                 }
-                intersect(segment.polygon, own[std::size_t(i)], shared);
-                if (shared.count > 0) fixed_->add(*segment.master, shared, i, facing * (1 - dual));
+                copy_corners(segment.polygon, shared);
+                if (cut_to(own[std::size_t(i)], shared))
+                    fixed_->add(*segment.master, shared, i, facing * (1 - dual));
             }
         }
         fixed_->end_facet();
