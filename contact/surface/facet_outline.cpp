@@ -6,10 +6,10 @@
 
 namespace amontons {
 
-ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
-                      double heights[2])
+void outline_to(const Facet& facet, const FacetPlane& plane, bool from_back, double heights[2],
+                ConvexPolygon& p)
 {
-    ConvexPolygon p;
+    p.count = 0;
     heights[0] = std::numeric_limits<double>::infinity();
     heights[1] = -heights[0];
     for (int i = 0; i < facet.corners; ++i) {
@@ -19,6 +19,13 @@ ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_bac
         heights[0] = std::min(heights[0], x.z());
         heights[1] = std::max(heights[1], x.z());
     }
+}
+
+ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
+                      double heights[2])
+{
+    ConvexPolygon p;
+    outline_to(facet, plane, from_back, heights, p);
     return p;
 }
 

@@ -9,6 +9,10 @@ namespace amontons {
 ConvexPolygon outline(const Facet& facet, const FacetPlane& plane, bool from_back,
                       double heights[2]);
 
+/// The same, in place of what `p` was.
+void outline_to(const Facet& facet, const FacetPlane& plane, bool from_back, double heights[2],
+                ConvexPolygon& p);
+
 /// Whether no corner turns inwards, seen along the normal; degenerate corners count as straight.
 bool is_convex_polygon(const ConvexPolygon& p);
 

@@ -4,6 +4,7 @@
 #include "contact/surface/contact_sums.hpp"
 #include "contact/surface/facet_outline.hpp"
 #include "contact/surface/fixed_integrals.hpp"
+#include "contact/surface/polygon_sides.hpp"
 
 #include <Eigen/Geometry>
 #include <Eigen/LU>
@@ -49,6 +50,10 @@ constexpr double kNoOverlap = 1e-14;
 constexpr double kOwnThickness = 0.3;
 constexpr double kBeside = 1.1;  // of both faces' radii
 constexpr double kBehind = 1e-3; // cosine: what lies beside a face, as in a closed slit, does not
+
+/// Of a master that does not bend: from so many facets on they are compared with all sides of a
+/// slave's facet at once, which rounds differently.
+constexpr std::size_t kManyFacets = 64;
 
 /// Quadrilaterals: bent by less they are parallelograms.
 constexpr double kStraightEdge = 1e-3;
@@ -102,6 +107,7 @@ public:
     SurfaceContacts contacts(const FacetTree& master, const SmoothNormals* normals)
     {
         master_faces_ = &master;
+        at_once_ = fixed_ && master.facets.size() >= kManyFacets;
         master_normals_ = smooth_ ? normals : nullptr;
         if (master.facets.empty()) return {};
         for (std::size_t i = 0; i < slave_facets_.size();) {
@@ -211,6 +217,7 @@ private:
     {
         double heights[2];
         const ConvexPolygon own = outline(facet, plane, false, heights);
+        const PolygonSides sides(own);
         const double whole = area(own), least = kNoOverlap * whole;
         const double range = range_(facet);
         const std::size_t first = segments_.size();
@@ -244,12 +251,11 @@ private:
                 if (behind_[k]) deepest = std::min(deepest, kOwnThickness * behind_[k]->way);
             }
             double far[2];
-            const ConvexPolygon seen = outline(other, plane, !hides, far);
+            outline_to(other, plane, !hides, far, shared_);
             if (far[0] > range || far[1] < -range) continue;
             const Vec3 normal = plane.axes * other.normal, middle_place = plane(other.middle);
-            for_convex_parts(seen, [&](const ConvexPolygon& part) {
-                shared_ = part;
-                if (!cut_to(own, shared_)) return;
+            const auto add_shared = [&] {
+                if (!(at_once_ ? cut_to(sides, shared_) : cut_to(own, shared_))) return;
                 const double size = area(shared_);
                 if (!(size > least)) return;
                 const Vec2 off = middle(shared_) - middle_place.head<2>();
@@ -259,7 +265,21 @@ private:
                     layers = true;
                 else
                     covered += size;
-                segments_.push_back({&facet, &other, shared_, gap, hides});
+                Segment& segment = segments_.emplace_back();
+                segment.slave = &facet;
+                segment.master = &other;
+                copy_corners(shared_, segment.polygon);
+                segment.gap = gap;
+                segment.hides = hides;
+            };
+            if (shared_.count == 3) {
+                add_shared();
+                continue;
+            }
+            const ConvexPolygon seen = shared_;
+            for_convex_parts(seen, [&](const ConvexPolygon& part) {
+                shared_ = part;
+                add_shared();
             });
         }
         if (layers || covered > (1 + kTwice) * whole) keep_nearest_(first, least);
@@ -307,6 +327,7 @@ private:
         fixed_->begin_face(multipliers, face_sums_);
         const Facet* facet = nullptr;
         std::array<ConvexPolygon, 4> own; // parts of the facet where one function is 1
+        std::array<PolygonSides, 4> sides_of_own;
         ConvexPolygon shared;
         for (const Segment& segment : segments_) {
             if (segment.slave != facet) {
@@ -318,19 +339,23 @@ private:
                     part = nearest_part(int(slave_.face(std::size_t(facet->face)).size()), i);
                     for (int k = 0; k < part.count; ++k)
                         part.corner[std::size_t(k)] = fixed_->in_plane(part[k]);
+                    if (at_once_) sides_of_own[std::size_t(i)] = PolygonSides(part);
                 }
             }
             const double facing = facing_(segment);
             if (dual > 0) fixed_->add(*segment.master, segment.polygon, -1, facing * dual);
             for (int i = 0; i < multipliers.count && dual < 1; ++i) {
-                const Shared share = shared_with(own[std::size_t(i)], segment.polygon);
+                const auto part = std::size_t(i);
+                const Shared share = at_once_ ? shared_with(sides_of_own[part], segment.polygon)
+                                              : shared_with(own[part], segment.polygon);
                 if (share == Shared::nothing) continue;
                 if (share == Shared::all) {
                     fixed_->add(*segment.master, segment.polygon, i, facing * (1 - dual));
                     break;
                 }
-                intersect(segment.polygon, own[std::size_t(i)], shared);
-                if (shared.count > 0) fixed_->add(*segment.master, shared, i, facing * (1 - dual));
+                copy_corners(segment.polygon, shared);
+                if (at_once_ ? cut_to(sides_of_own[part], shared) : cut_to(own[part], shared))
+                    fixed_->add(*segment.master, shared, i, facing * (1 - dual));
             }
         }
         fixed_->end_facet();
@@ -572,7 +597,7 @@ private:
     std::span<const Vec3> slave_places_, master_places_, at_rest_;
     std::vector<std::optional<Behind>> behind_; ///< of near_
     double reach_ = 0;
-    bool of_master_ = false, smooth_ = false, of_gap_ = false;
+    bool of_master_ = false, smooth_ = false, of_gap_ = false, at_once_ = false;
     std::vector<Facet> slave_facets_;
     const FacetTree* master_faces_ = nullptr;
     std::optional<FixedIntegrals> fixed_;

@@ -1,4 +1,4 @@
-#include "contact/surface/polygon.hpp"
+#include "contact/surface/polygon_sides.hpp"
 
 #include <doctest/doctest.h>
 #include <random>
@@ -73,4 +73,34 @@ TEST_CASE(
         before = sum(pieces);
     }
     CHECK(pieces.size() < 5000); // [regression] our own run
+}
+
+TEST_CASE("a polygon is cut by all sides of another at once as it is by one after the other")
+{
+    std::mt19937 random(7);
+    int parts = 0, wholes = 0;
+    for (int trial = 0; trial < 3000; ++trial) {
+        ConvexPolygon q = triangle(random, 0.5);
+        if (trial % 2 == 0) { // four corners: one is cut off
+            ConvexPolygon cut;
+            keep_left(q, (q[0] + q[1]) / 2, (q[0] + 2 * q[2]) / 3, cut);
+            if (cut.count != 4) keep_left(q, (q[0] + 2 * q[2]) / 3, (q[0] + q[1]) / 2, cut);
+            REQUIRE(cut.count == 4);
+            q = cut;
+        }
+        const ConvexPolygon p = triangle(random, trial % 3 == 0 ? 0.05 : 0.5);
+        const PolygonSides sides(q);
+        CHECK(shared_with(sides, p) == shared_with(q, p));
+        ConvexPolygon one = p, other = p;
+        const bool some = cut_to(q, one);
+        CHECK(cut_to(sides, other) == some);
+        if (!some) continue;
+        parts += one.count != 3;
+        wholes += shared_with(q, p) == Shared::all;
+        REQUIRE(one.count == other.count);
+        for (int i = 0; i < one.count; ++i)
+            CHECK((one[i] - other[i]).norm() < 1e-13);
+    }
+    CHECK(parts > 300);
+    CHECK(wholes > 20);
 }
