@@ -11,10 +11,10 @@ using namespace amontons;
 
 namespace {
 
-constexpr double kDensity = 5e5, kHigh = 0.0118; // of the block [kg/m^3, m]
-constexpr double kE = 6e8, kNu = 0.16;           // of the bed
+constexpr double kBlockDensity = 5e5, kBlockHigh = 0.0118; // of the block [kg/m^3, m]
+constexpr double kBedModulus = 6e8, kBedRatio = 0.16;      // of the bed
 
-struct Lying {
+struct BlockOnBed {
     const char* element;
     int cells;       // of the bed along x and y
     bool box;        // or a cylinder on its end
@@ -25,11 +25,12 @@ struct Lying {
     int turn; // axes in turn: 1 puts x on y, y on z, z on x
 };
 
-constexpr double kWide = 0.0236, kDeep = 0.0177; // of the box; the cylinder's diameter [m]
+constexpr double kBlockWide = 0.0236,
+                 kBlockDeep = 0.0177; // of the box; the cylinder's diameter [m]
 
 /// The block on the bed under its weight and a moment about its middle, which it has from the
 /// start.
-Result lying(const Lying& c)
+Result block_on_bed(const BlockOnBed& c)
 {
     const auto turned = [&](double x, double y, double z) {
         const double own[3] = {x, y, z};
@@ -39,16 +40,20 @@ Result lying(const Lying& c)
         return fmt::format("[{:.17g}, {:.17g}, {:.17g}]", v[0], v[1], v[2]);
     };
     const double wide = 0.118, deep = 0.0354; // of the bed [m]
-    const double volume = (c.box ? kWide * kDeep : std::numbers::pi / 4 * kWide * kWide) * kHigh;
-    const double weight = kDensity * kGravity * volume, arm = (c.box ? kDeep : kWide) / 2;
+    const double volume =
+        (c.box ? kBlockWide * kBlockDeep : std::numbers::pi / 4 * kBlockWide * kBlockWide) *
+        kBlockHigh;
+    const double weight = kBlockDensity * kGravity * volume,
+                 arm = (c.box ? kBlockDeep : kBlockWide) / 2;
     int cells[3];
     const int own[3] = {c.cells, c.cells, 2};
     for (int k = 0; k < 3; ++k)
         cells[(k + c.turn) % 3] = own[k];
     const std::string shape =
-        c.box ? fmt::format(R"({{"generate": "box", "size": {}}})", turned(kWide, kDeep, kHigh))
-              : fmt::format(R"({{"generate": "cylinder", "radius": {}, "length": {}}})", kWide / 2,
-                            kHigh);
+        c.box ? fmt::format(R"({{"generate": "box", "size": {}}})",
+                            turned(kBlockWide, kBlockDeep, kBlockHigh))
+              : fmt::format(R"({{"generate": "cylinder", "radius": {}, "length": {}}})",
+                            kBlockWide / 2, kBlockHigh);
     return done(fmt::format(
         R"("bodies": {{
             "bed": {{"kind": "solid", "youngs_modulus": {}, "poisson_ratio": {}, "density": 1000,
@@ -59,9 +64,9 @@ Result lying(const Lying& c)
                        "start": {{"place": {}}}, "torque": {}}}}},
           "gravity": {}, "contact": [{{"between": ["block", "bed"], "friction": 0.4}}],
           "time": {{"kind": "{}", "step": {}, "end": {}}})",
-        kE, kNu, turned(wide, wide, deep), cells[0], cells[1], cells[2], c.element,
-        turned(0, 0, -deep / 2), "xyz"[(2 + c.turn) % 3], shape, kDensity,
-        turned(c.x, c.y, kHigh / 2),
+        kBedModulus, kBedRatio, turned(wide, wide, deep), cells[0], cells[1], cells[2], c.element,
+        turned(0, 0, -deep / 2), "xyz"[(2 + c.turn) % 3], shape, kBlockDensity,
+        turned(c.x, c.y, kBlockHigh / 2),
         turned(c.moment_x * weight * arm, c.moment_y * weight * arm, 0), turned(0, 0, -kGravity),
         c.moving ? "dynamic" : "quasi_static", c.moving ? 1e-3 : 0.5, c.moving ? 0.03 : 1.0));
 }
@@ -71,27 +76,28 @@ Result lying(const Lying& c)
 TEST_CASE("a block that is smaller than the faces under it does not turn on its few multipliers")
 {
     // With multipliers on one line of nodes, at one node, beside a line, at two by two nodes.
-    for (const Lying& c : {Lying{"H8", 4, true, 0.0118, -0.0354, 0.3, 0, false, 0},
-                           {"H8", 4, true, 0.0118, -0.0354, 0.3, 0, false, 1},
-                           {"H8", 4, true, 0.0118, -0.0354, 0, 0, false, 0},
-                           {"H8", 4, true, 0, 0, 0.3, -0.2, false, 2},
-                           {"H8", 2, true, 0.02, 0.01, -0.2, 0.3, true, 0},
-                           {"H8", 4, true, 0.0147, 0.0147, 0.75, 0, false, 0},
-                           {"T4", 3, true, -0.018, 0.021, 0.3, 0.2, false, 0},
-                           {"T4", 2, false, 0.012, 0.003, 0.3, -0.2, true, 0},
-                           {"T10", 2, true, 0.016, -0.02, 0.2, 0.3, false, 1},
-                           {"T10", 4, false, 0.02, 0.016, -0.3, 0, false, 0}}) {
+    for (const BlockOnBed& c : {BlockOnBed{"H8", 4, true, 0.0118, -0.0354, 0.3, 0, false, 0},
+                                {"H8", 4, true, 0.0118, -0.0354, 0.3, 0, false, 1},
+                                {"H8", 4, true, 0.0118, -0.0354, 0, 0, false, 0},
+                                {"H8", 4, true, 0, 0, 0.3, -0.2, false, 2},
+                                {"H8", 2, true, 0.02, 0.01, -0.2, 0.3, true, 0},
+                                {"H8", 4, true, 0.0147, 0.0147, 0.75, 0, false, 0},
+                                {"T4", 3, true, -0.018, 0.021, 0.3, 0.2, false, 0},
+                                {"T4", 2, false, 0.012, 0.003, 0.3, -0.2, true, 0},
+                                {"T10", 2, true, 0.016, -0.02, 0.2, 0.3, false, 1},
+                                {"T10", 4, false, 0.02, 0.016, -0.3, 0, false, 0}}) {
         CAPTURE(c.element);
         CAPTURE(c.cells);
         CAPTURE(c.box);
         CAPTURE(c.x);
         CAPTURE(c.turn);
-        const Result r = lying(c);
+        const Result r = block_on_bed(c);
         // A circular punch of radius a on a half-space turns by 3 (1 - nu^2) M / (4 E a^3)
         // (Borowicka 1943): here with M = weight times a, more than what acts.
-        const double a = kDeep / 2;
-        const double weight = kDensity * kGravity * kWide * kWide * kHigh;
-        const double most = 3 * (1 - kNu * kNu) * weight * a / (4 * kE * a * a * a);
+        const double a = kBlockDeep / 2;
+        const double weight = kBlockDensity * kGravity * kBlockWide * kBlockWide * kBlockHigh;
+        const double most =
+            3 * (1 - kBedRatio * kBedRatio) * weight * a / (4 * kBedModulus * a * a * a);
         double turn = 0;
         for (const char* axis : {"x", "y", "z"})
             turn = std::max(turn, std::abs(r.value(fmt::format("block_turn_{}", axis))));
