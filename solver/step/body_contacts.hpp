@@ -351,7 +351,7 @@ private:
     void limit_reach(const std::vector<BodyRef>& bodies, bool dynamic);
     void add_place_rows(const std::vector<BodyRef>& bodies, int pair, BodyContacts& out);
     void add_corner_rows(const std::vector<BodyRef>& bodies, int pair, std::size_t first,
-                         const BodyContacts& out);
+                         BodyContacts& out);
     // body_passage.cpp
     bool passed(const std::vector<BodyRef>& bodies, const ContactPair& pair);
     // rod_contacts.cpp

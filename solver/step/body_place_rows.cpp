@@ -93,10 +93,11 @@ bool reach_out(std::span<const Vec3> places, std::span<const Vec3> corners, doub
 /// nearest nodes of faces that are covered in part, are on one line, or are one alone. It would
 /// turn about them, freely, as far as rows of overlaps leave; and so it would beside two by two,
 /// under half of the moment that tips it. Then places below its corners get rows that leave
-/// nothing.
+/// nothing. Of one face that is linear between its corners the multipliers would repeat them, and
+/// friction would have several solutions: these are left out.
 /// @param first  of the pair's contacts in `out`
 void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair, std::size_t first,
-                                    const BodyContacts& out)
+                                    BodyContacts& out)
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const SolidBody* solid = bodies[std::size_t(p.a)].solid;
@@ -133,16 +134,29 @@ void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair
     middle.setZero();
     for (const Vec3& x : touching)
         middle += x / double(touching.size());
-    std::int32_t hint = -1;
+    std::int32_t hint = -1, face = -1;
+    bool one_face = true;
     rows_.resize(given_);
     for (const Vec3& x : touching) {
         const auto foot = faces.at(x + kInward * (middle - x), hint);
-        if (!foot || std::abs(foot->distance) > on_face) continue;
+        if (!foot || std::abs(foot->distance) > on_face) {
+            one_face = false;
+            continue;
+        }
         BodyOverlap o;
         o.pair = pair;
         o.own = faces.place_of(*foot);
         add_row(o, 0);
+        const std::int32_t on = p.surface_a->facets->triangles()[std::size_t(foot->triangle)].face;
+        one_face = one_face && (face < 0 || face == on);
+        face = on;
     }
+    if (!one_face || face < 0) return;
+    constexpr std::size_t kMostLinear = 4; // nodes
+    if (p.surface_a->facets->surface().face(std::size_t(face)).size() > kMostLinear) return;
+    out.contact.erase(std::remove_if(out.contact.begin() + std::ptrdiff_t(first), out.contact.end(),
+                                     [](const BodyContact& c) { return c.area > 0; }),
+                      out.contact.end());
 }
 
 bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)
