@@ -172,16 +172,19 @@ double RodBody::contact_reach() const
 
 double RodBody::reach_of_iteration() const
 {
-    constexpr double kOfRadius = 1.35, kOfWay = 1.5;
+    constexpr double kOfRadius = 1.35, kOfRadiusLater = 0.1, kOfWay = 1.5;
     const bool fed_alone = material_ && !step_.dynamic && loads_.empty() && drag() == 0 &&
                            step_.gravity.isZero(0) &&
                            std::ranges::all_of(holds_, [](const Hold& h) {
                                return h.nodes[0] == 0; // in the sheath
                            });
     if (!fed_alone) return std::numeric_limits<double>::infinity();
-    const double way = std::max({std::abs(sheath_.fed - accepted_.end.fed), largest_motion(),
-                                 std::isfinite(last_motion_) ? last_motion_ : 0.0});
     const double thickest = *std::max_element(rod_.radius.begin(), rod_.radius.end());
+    // Newton's method moves less and less. What an iterate should pass nevertheless is found in the
+    // next one, since all that overlaps is.
+    if (std::isfinite(last_motion_))
+        return std::max(kOfRadiusLater * thickest, kOfWay * last_motion_);
+    const double way = std::max(std::abs(sheath_.fed - accepted_.end.fed), largest_motion());
     return std::max(kOfRadius * thickest, kOfWay * way);
 }
 
