@@ -23,7 +23,10 @@ constexpr double kSameRow = 0.05; // of weights
 constexpr double kOnFace = 0.01;  // of a face: corners of a flat side that lies on it
 constexpr double kInward = 1e-3;  // of the way to their middle: a corner itself has several normals
 constexpr double kReachOut = 0.6; // of the way to a corner: three rows in a line are at 2/3
-constexpr int kAround = 8;        // places on the rim of a cylinder's end
+/// The same of nodes of a free solid that touch: of fewer contacts than this, which are on a line.
+constexpr double kReachOfLine = 0.25;
+constexpr std::size_t kFewOnLine = 8;
+constexpr int kAround = 8; // places on the rim of a cylinder's end
 constexpr std::size_t kMostCorners = 1000;
 
 bool same_place(const SurfacePlace& a, const SurfacePlace& b)
@@ -101,8 +104,9 @@ void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const SolidBody* solid = bodies[std::size_t(p.a)].solid;
-    const RigidBody* rigid = p.b >= 0 ? bodies[std::size_t(p.b)].rigid : nullptr;
-    if (!solid || !rigid || rigid->driven() || first == out.contact.size()) return;
+    if (!solid || p.b < 0 || p.a == p.b || first == out.contact.size()) return;
+    const BodyRef& b = bodies[std::size_t(p.b)];
+    if (b.rigid ? b.rigid->driven() : !b.solid) return;
     const auto contacts = std::span(out.contact).subspan(first);
     double area = 0;
     for (const BodyContact& c : contacts)
@@ -120,43 +124,79 @@ void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair
     normal.normalize();
     middle /= double(points.size());
 
-    std::vector<Vec3> touching;
-    BoundingBox near;
-    for (const Vec3& own : corners_of(rigid->shape())) {
-        const Vec3 x = rigid->placement() * own;
-        if (std::abs(normal.dot(x - middle)) > on_face) continue;
-        touching.push_back(x);
-        near.add(x);
-    }
-    if (touching.size() < 3 || reach_out(points, touching, kReachOut)) return;
-    const FaceDistance faces({*p.surface_a->facets, solid->places()}, near);
-    if (faces.empty()) return;
-    middle.setZero();
-    for (const Vec3& x : touching)
-        middle += x / double(touching.size());
-    std::int32_t hint = -1, face = -1;
-    bool one_face = true;
-    rows_.resize(given_);
-    for (const Vec3& x : touching) {
-        const auto foot = faces.at(x + kInward * (middle - x), hint);
-        if (!foot || std::abs(foot->distance) > on_face) {
-            one_face = false;
-            continue;
+    // Below its corners, on the faces of a solid. @return  a face if all are in that one, else -1
+    const auto add_below = [&](std::span<const Vec3> corners, bool of_b) -> std::int32_t {
+        const FacetedSurface& facets = *(of_b ? p.surface_b : p.surface_a)->facets;
+        BoundingBox near;
+        Vec3 centre = Vec3::Zero();
+        for (const Vec3& x : corners) {
+            near.add(x);
+            centre += x / double(corners.size());
         }
-        BodyOverlap o;
-        o.pair = pair;
-        o.own = faces.place_of(*foot);
-        add_row(o, 0);
-        const std::int32_t on = p.surface_a->facets->triangles()[std::size_t(foot->triangle)].face;
-        one_face = one_face && (face < 0 || face == on);
-        face = on;
+        const FaceDistance faces({facets, (of_b ? b.solid : solid)->places()}, near);
+        if (faces.empty()) return -1;
+        std::int32_t hint = -1, face = -1;
+        bool one_face = true;
+        rows_.resize(given_);
+        for (const Vec3& x : corners) {
+            const auto foot = faces.at(x + kInward * (centre - x), hint);
+            if (!foot || std::abs(foot->distance) > on_face) {
+                one_face = false;
+                continue;
+            }
+            BodyOverlap o;
+            o.pair = pair;
+            o.of_b = of_b;
+            o.own = faces.place_of(*foot);
+            add_row(o, 0);
+            const std::int32_t on = facets.triangles()[std::size_t(foot->triangle)].face;
+            one_face = one_face && (face < 0 || face == on);
+            face = on;
+        }
+        return one_face ? face : -1;
+    };
+    const auto on_plane = [&](const Vec3& x) {
+        return std::abs(normal.dot(x - middle)) <= on_face;
+    };
+    std::vector<Vec3> touching;
+    if (b.rigid) {
+        for (const Vec3& own : corners_of(b.rigid->shape()))
+            if (const Vec3 x = b.rigid->placement() * own; on_plane(x)) touching.push_back(x);
+        if (touching.size() < 3 || reach_out(points, touching, kReachOut)) return;
+        const std::int32_t face = add_below(touching, false);
+        constexpr std::size_t kMostLinear = 4; // nodes
+        if (face < 0 || p.surface_a->facets->surface().face(std::size_t(face)).size() > kMostLinear)
+            return;
+        out.contact.erase(std::remove_if(out.contact.begin() + std::ptrdiff_t(first),
+                                         out.contact.end(),
+                                         [](const BodyContact& c) { return c.area > 0; }),
+                          out.contact.end());
+        return;
     }
-    if (!one_face || face < 0) return;
-    constexpr std::size_t kMostLinear = 4; // nodes
-    if (p.surface_a->facets->surface().face(std::size_t(face)).size() > kMostLinear) return;
-    out.contact.erase(std::remove_if(out.contact.begin() + std::ptrdiff_t(first), out.contact.end(),
-                                     [](const BodyContact& c) { return c.area > 0; }),
-                      out.contact.end());
+    if (points.size() > kFewOnLine) return;
+    for (const bool of_b : {true, false}) { // the solid below
+        const SolidBody& lying = of_b ? *solid : *b.solid;
+        if (lying.free_motions().empty()) continue;
+        const FacetedSurface& own = *(of_b ? p.surface_a : p.surface_b)->facets;
+        BoundingBox near;
+        touching.clear();
+        for (const std::int32_t n : own.surface().used_nodes)
+            if (const Vec3& x = lying.places()[std::size_t(n)]; on_plane(x)) {
+                touching.push_back(x);
+                near.add(x);
+            }
+        if (touching.size() < 3) continue;
+        const FaceDistance below(
+            {*(of_b ? p.surface_b : p.surface_a)->facets, (of_b ? b.solid : solid)->places()},
+            near);
+        std::int32_t hint = -1;
+        std::erase_if(touching, [&](const Vec3& x) {
+            const auto foot = below.empty() ? std::nullopt : below.at(x, hint);
+            return !foot || std::abs(foot->distance) > on_face;
+        });
+        if (touching.size() < 3 || reach_out(points, touching, kReachOfLine)) continue;
+        add_below(touching, of_b);
+    }
 }
 
 bool ContactFinder::add_rows(std::span<const BodyOverlap> overlaps)

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <fmt/format.h>
 #include <numbers>
+#include <tuple>
 
 using namespace amontons;
 
@@ -103,4 +104,47 @@ TEST_CASE("a block that is smaller than the faces under it does not turn on its 
             turn = std::max(turn, std::abs(r.value(fmt::format("block_turn_{}", axis))));
         CHECK(turn < most);
     }
+}
+
+TEST_CASE("a solid block that is smaller than the faces under it does not turn on its multipliers")
+{
+    // Two cells of T4 or one of T10 beside a line of a bed whose faces are larger; the weight acts
+    // at an angle.
+    const auto block_on_bed = [](const std::string& bed, const std::string& block, int cells,
+                                 double x, double y, bool moving) {
+        return done(fmt::format(
+            R"("bodies": {{
+                "bed": {{"kind": "solid", "youngs_modulus": {}, "poisson_ratio": {}, "density": 1000,
+                         "mesh": {{"generate": "box", "size": [0.118, 0.118, 0.0354], "cells": [4, 4, 2],
+                                   "element": "{}", "centre": [0, 0, -0.0177]}},
+                         "hold": [{{"set": "z_min"}}]}},
+                "block": {{"kind": "solid", "youngs_modulus": 6e9, "poisson_ratio": 0.2, "density": {},
+                           "mesh": {{"generate": "box", "size": [{}, {}, {}], "cells": [{}, {}, 1],
+                                     "element": "{}"}},
+                           "start": {{"place": [{}, {}, {}]}}}}}},
+              "gravity": [1.2, -0.8, -9.81],
+              "contact": [{{"between": ["block", "bed"], "friction": 0.6}}],
+              "time": {{"kind": "{}", "step": {}, "end": {}}})",
+            kBedModulus, kBedRatio, bed, kBlockDensity, kBlockWide, kBlockDeep, kBlockHigh, cells,
+            cells, block, x, y, kBlockHigh / 2, moving ? "dynamic" : "quasi_static",
+            moving ? 1e-3 : 0.5, moving ? 0.02 : 1.0));
+    };
+    const double a = kBlockDeep / 2;
+    const double weight = kBlockDensity * kGravity * kBlockWide * kBlockDeep * kBlockHigh;
+    const double most =
+        3 * (1 - kBedRatio * kBedRatio) * weight * a / (4 * kBedModulus * a * a * a);
+    for (const bool moving : {false, true})
+        for (const auto& [bed, block, cells] :
+             {std::tuple("H8", "H8", 2), {"T4", "T4", 2}, {"T4", "T10", 1}, {"H8", "T10", 2}})
+            for (const auto& [x, y] : {std::pair(0.0118, -0.0354), {0.017, 0.0295}}) {
+                CAPTURE(moving);
+                CAPTURE(bed);
+                CAPTURE(block);
+                CAPTURE(x);
+                const Result r = block_on_bed(bed, block, cells, x, y, moving);
+                double turn = 0;
+                for (const char* axis : {"x", "y", "z"})
+                    turn = std::max(turn, std::abs(r.value(fmt::format("block_turn_{}", axis))));
+                CHECK(turn < most);
+            }
 }
