@@ -23,7 +23,7 @@ constexpr double kSameRow = 0.05; // of weights
 constexpr double kOnFace = 0.01;  // of a face: corners of a flat side that lies on it
 constexpr double kInward = 1e-3;  // of the way to their middle: a corner itself has several normals
 constexpr double kReachOut = 0.6; // of the way to a corner: three rows in a line are at 2/3
-/// The same of nodes of a free solid that touch: of fewer contacts than this, which are on a line.
+/// The same of nodes of sharp edges of a free solid: beside so few contacts, which are on a line.
 constexpr double kReachOfLine = 0.25;
 constexpr std::size_t kFewOnLine = 8;
 constexpr int kAround = 8; // places on the rim of a cylinder's end
@@ -177,10 +177,9 @@ void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair
     for (const bool of_b : {true, false}) { // the solid below
         const SolidBody& lying = of_b ? *solid : *b.solid;
         if (lying.free_motions().empty()) continue;
-        const FacetedSurface& own = *(of_b ? p.surface_a : p.surface_b)->facets;
         BoundingBox near;
         touching.clear();
-        for (const std::int32_t n : own.surface().used_nodes)
+        for (const std::int32_t n : (of_b ? p.surface_a : p.surface_b)->sharp.nodes)
             if (const Vec3& x = lying.places()[std::size_t(n)]; on_plane(x)) {
                 touching.push_back(x);
                 near.add(x);
