@@ -28,6 +28,8 @@ constexpr double kReachOfLine = 0.25;
 constexpr std::size_t kFewOnLine = 8;
 constexpr int kAround = 8; // places on the rim of a cylinder's end
 constexpr std::size_t kMostCorners = 1000;
+/// Rows below corners have numbers from here on, those of the corners: they move with them.
+constexpr std::int64_t kFirstCornerRow = kFirstPlaceRow + (std::int64_t(1) << 60);
 
 bool same_place(const SurfacePlace& a, const SurfacePlace& b)
 {
@@ -48,7 +50,10 @@ bool ContactFinder::add_row(const BodyOverlap& o, double tolerance)
         return r.of_b == o.of_b && same_place(r.own, o.own);
     };
     if (std::ranges::any_of(rows, known)) return false;
-    rows.push_back({rows.empty() ? kFirstPlaceRow : rows.back().id + 1, o.of_b, o.own, tolerance});
+    std::int64_t id = kFirstPlaceRow;
+    for (const PlaceRow& r : rows)
+        if (r.id < kFirstCornerRow) id = std::max(id, r.id + 1);
+    rows.push_back({id, o.of_b, o.own, tolerance});
     return true;
 }
 
@@ -76,12 +81,18 @@ std::vector<Vec3> corners_of(const RigidShape& shape)
     return corners;
 }
 
+Vec3 mean(std::span<const Vec3> places)
+{
+    Vec3 middle = Vec3::Zero();
+    for (const Vec3& x : places)
+        middle += x / double(places.size());
+    return middle;
+}
+
 /// Do places lie so far out, seen from the middle of the corners, as some share of each corner?
 bool reach_out(std::span<const Vec3> places, std::span<const Vec3> corners, double share)
 {
-    Vec3 middle = Vec3::Zero();
-    for (const Vec3& x : corners)
-        middle += x / double(corners.size());
+    const Vec3 middle = mean(corners);
     return std::ranges::all_of(corners, [&](const Vec3& x) {
         const Vec3 way = x - middle;
         return std::ranges::any_of(places, [&](const Vec3& p) {
@@ -104,66 +115,78 @@ void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair
 {
     const ContactPair& p = pairs_[std::size_t(pair)];
     const SolidBody* solid = bodies[std::size_t(p.a)].solid;
-    if (!solid || p.b < 0 || p.a == p.b || first == out.contact.size()) return;
+    if (!solid || p.b < 0 || p.a == p.b) return;
     const BodyRef& b = bodies[std::size_t(p.b)];
     if (b.rigid ? b.rigid->driven() : !b.solid) return;
+    if (rows_.size() > std::size_t(pair))
+        std::erase_if(rows_[std::size_t(pair)],
+                      [](const PlaceRow& r) { return r.id >= kFirstCornerRow; });
     const auto contacts = std::span(out.contact).subspan(first);
     double area = 0;
     for (const BodyContact& c : contacts)
         area = std::max(area, c.area);
     const double on_face = kOnFace * std::sqrt(area);
     std::vector<Vec3> points;
-    Vec3 normal = Vec3::Zero(), middle = Vec3::Zero();
+    Vec3 normal = Vec3::Zero();
     for (const BodyContact& c : contacts) {
         if (!(c.gap <= on_face && c.area > 0)) continue;
         points.push_back(c.point);
         normal += c.area * c.frame.col(0);
-        middle += c.point;
     }
     if (points.empty() || normal.isZero(0)) return;
     normal.normalize();
-    middle /= double(points.size());
+    const Vec3 middle = mean(points);
 
-    // Below its corners, on the faces of a solid. @return  a face if all are in that one, else -1
-    const auto add_below = [&](std::span<const Vec3> corners, bool of_b) -> std::int32_t {
-        const FacetedSurface& facets = *(of_b ? p.surface_b : p.surface_a)->facets;
+    // Adds rows below corners, on the faces of a solid. @return  a face if all are in that one
+    const auto add_below = [&](std::vector<std::int32_t> number, std::vector<Vec3> corner,
+                               bool of_b, double share) -> std::int32_t {
+        const auto keep = [&](const auto& touches) {
+            std::size_t kept = 0;
+            for (std::size_t i = 0; i < corner.size(); ++i) {
+                if (!touches(corner[i])) continue;
+                number[kept] = number[i];
+                corner[kept++] = corner[i];
+            }
+            number.resize(kept);
+            corner.resize(kept);
+            return kept >= 3 && !reach_out(points, corner, share);
+        };
+        if (!keep([&](const Vec3& x) { return std::abs(normal.dot(x - middle)) <= on_face; }))
+            return -1;
         BoundingBox near;
-        Vec3 centre = Vec3::Zero();
-        for (const Vec3& x : corners) {
+        for (const Vec3& x : corner)
             near.add(x);
-            centre += x / double(corners.size());
-        }
+        const FacetedSurface& facets = *(of_b ? p.surface_b : p.surface_a)->facets;
         const FaceDistance faces({facets, (of_b ? b.solid : solid)->places()}, near);
         if (faces.empty()) return -1;
         std::int32_t hint = -1, face = -1;
+        if (!keep([&](const Vec3& x) {
+                const auto foot = faces.at(x, hint);
+                return foot && std::abs(foot->distance) <= on_face;
+            }))
+            return -1;
+        const Vec3 centre = mean(corner);
         bool one_face = true;
         rows_.resize(given_);
-        for (const Vec3& x : corners) {
-            const auto foot = faces.at(x + kInward * (centre - x), hint);
-            if (!foot || std::abs(foot->distance) > on_face) {
-                one_face = false;
-                continue;
-            }
-            BodyOverlap o;
-            o.pair = pair;
-            o.of_b = of_b;
-            o.own = faces.place_of(*foot);
-            add_row(o, 0);
+        for (std::size_t i = 0; i < corner.size(); ++i) {
+            const auto foot = faces.at(corner[i] + kInward * (centre - corner[i]), hint);
+            if (!foot) return -1;
+            rows_[std::size_t(pair)].push_back(
+                {kFirstCornerRow + 2 * number[i] + (of_b ? 1 : 0), of_b, faces.place_of(*foot), 0});
             const std::int32_t on = facets.triangles()[std::size_t(foot->triangle)].face;
             one_face = one_face && (face < 0 || face == on);
             face = on;
         }
         return one_face ? face : -1;
     };
-    const auto on_plane = [&](const Vec3& x) {
-        return std::abs(normal.dot(x - middle)) <= on_face;
-    };
-    std::vector<Vec3> touching;
+    std::vector<std::int32_t> number;
     if (b.rigid) {
-        for (const Vec3& own : corners_of(b.rigid->shape()))
-            if (const Vec3 x = b.rigid->placement() * own; on_plane(x)) touching.push_back(x);
-        if (touching.size() < 3 || reach_out(points, touching, kReachOut)) return;
-        const std::int32_t face = add_below(touching, false);
+        std::vector<Vec3> corners = corners_of(b.rigid->shape());
+        for (Vec3& x : corners) {
+            x = b.rigid->placement() * x;
+            number.push_back(std::int32_t(number.size()));
+        }
+        const std::int32_t face = add_below(number, std::move(corners), false, kReachOut);
         constexpr std::size_t kMostLinear = 4; // nodes
         if (face < 0 || p.surface_a->facets->surface().face(std::size_t(face)).size() > kMostLinear)
             return;
@@ -177,24 +200,11 @@ void ContactFinder::add_corner_rows(const std::vector<BodyRef>& bodies, int pair
     for (const bool of_b : {true, false}) { // the solid below
         const SolidBody& lying = of_b ? *solid : *b.solid;
         if (lying.free_motions().empty()) continue;
-        BoundingBox near;
-        touching.clear();
-        for (const std::int32_t n : (of_b ? p.surface_a : p.surface_b)->sharp.nodes)
-            if (const Vec3& x = lying.places()[std::size_t(n)]; on_plane(x)) {
-                touching.push_back(x);
-                near.add(x);
-            }
-        if (touching.size() < 3) continue;
-        const FaceDistance below(
-            {*(of_b ? p.surface_b : p.surface_a)->facets, (of_b ? b.solid : solid)->places()},
-            near);
-        std::int32_t hint = -1;
-        std::erase_if(touching, [&](const Vec3& x) {
-            const auto foot = below.empty() ? std::nullopt : below.at(x, hint);
-            return !foot || std::abs(foot->distance) > on_face;
-        });
-        if (touching.size() < 3 || reach_out(points, touching, kReachOfLine)) continue;
-        add_below(touching, of_b);
+        number = (of_b ? p.surface_a : p.surface_b)->sharp.nodes;
+        std::vector<Vec3> corners;
+        for (const std::int32_t n : number)
+            corners.push_back(lying.places()[std::size_t(n)]);
+        add_below(number, std::move(corners), of_b, kReachOfLine);
     }
 }
 
